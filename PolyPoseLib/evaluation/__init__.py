@@ -1,0 +1,1 @@
+"""Measures of accuracy, and simulated cases with a known truth."""

@@ -1,0 +1,1 @@
+"""Rigid motions, cameras and C-arm angles."""

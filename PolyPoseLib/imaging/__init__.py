@@ -1,0 +1,1 @@
+"""CT volumes, bone structures and X-ray images, read from files and validated."""

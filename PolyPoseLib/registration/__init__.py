@@ -1,0 +1,1 @@
+"""Finding the cameras and the motions of all structures."""

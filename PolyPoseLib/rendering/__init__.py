@@ -1,0 +1,1 @@
+"""Digitally reconstructed radiographs: rays, projector and fused kernels."""

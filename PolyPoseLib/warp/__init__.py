@@ -1,0 +1,1 @@
+"""Polyrigid warps: weights, points, dense fields."""
