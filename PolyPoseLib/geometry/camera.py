@@ -1,0 +1,303 @@
+"""The camera of one X-ray: a source, a flat detector, and how the world projects onto its pixels.
+
+Conventions (one place, used everywhere): world points are LPS millimetres; pixel centres sit at integer
+coordinates, so the first pixel's centre is (0, 0) and a centred principal point is ((W-1)/2, (H-1)/2);
+camera x runs along the image's columns, y down its rows and z from the source through the detector.
+A world point X projects to K (R X + t); the source is at -R^T t.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from PolyPoseLib.errors import InputError
+
+RIGID_TOLERANCE = 1e-4
+"""Largest entry of |R R^T - I| that is taken for rounding (four decimals in a JSON file) and mended."""
+
+
+def require_rigid(matrix: ArrayLike, where: str = "extrinsic") -> np.ndarray:
+    """Check that a matrix is a rigid motion and return it in float64 with an exactly orthonormal rotation.
+
+    Args:
+        matrix: (4, 4): a rotation, a translation in mm in the last column, and the last row 0 0 0 1.
+        where: what the matrix is, for the error's sentence (file and field, for example).
+
+    Returns:
+        (4, 4) float64. A rotation within RIGID_TOLERANCE of orthonormal is replaced by the nearest rotation
+        (polar decomposition; Higham, "Computing the polar decomposition", SIAM J. Sci. Stat. Comput. 1986).
+
+    Raises:
+        InputError: wrong shape, not finite, wrong last row, not orthonormal, or a reflection.
+
+    """
+    try:
+        rigid = np.array(matrix, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{where} is not a table of numbers; give 4 rows of 4 numbers.") from None
+    if rigid.shape != (4, 4):
+        raise InputError(f"{where} has shape {rigid.shape}; give a 4x4 matrix, 4 rows of 4 numbers.")
+    if not np.isfinite(rigid).all():
+        raise InputError(f"{where} holds NaN or infinity; give finite numbers.")
+    if not np.allclose(rigid[3], (0, 0, 0, 1), rtol=0, atol=1e-9):
+        raise InputError(f"{where} has the last row {rigid[3].tolist()}; it must be 0 0 0 1.")
+    rotation = rigid[:3, :3]
+    deviation = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
+    if deviation > RIGID_TOLERANCE:
+        raise InputError(
+            f"{where} is not rigid: R R^T differs from the identity by {deviation:.3g}; its upper left 3x3 must "
+            "be orthonormal, without scaling or shear."
+        )
+    if np.linalg.det(rotation) < 0:
+        raise InputError(
+            f"{where} is a reflection (det R = -1); flip one axis so that det R = +1: camera x along the "
+            "columns, y down the rows, z from the source to the detector."
+        )
+    if deviation > 1e-12:
+        left, _, right = np.linalg.svd(rotation)
+        rigid[:3, :3] = left @ right
+    rigid[3] = (0, 0, 0, 1)
+    return rigid
+
+
+def rigid_inverse(matrix: ArrayLike) -> np.ndarray:
+    """Invert rigid motions (..., 4, 4) by transposing their rotations: [R, t] becomes [R^T, -R^T t]."""
+    rigid = np.asarray(matrix, dtype=np.float64)
+    inverse = np.zeros_like(rigid)
+    rotation = np.swapaxes(rigid[..., :3, :3], -1, -2)
+    inverse[..., :3, :3] = rotation
+    inverse[..., :3, 3] = -np.einsum("...ij,...j->...i", rotation, rigid[..., :3, 3])
+    inverse[..., 3, 3] = 1
+    return inverse
+
+
+def focal_length_px(
+    source_to_detector_mm: float, pixel_spacing_mm: float | Sequence[float]
+) -> tuple[float, float]:
+    """Focal lengths in pixels from the detector's distance and pixel pitch.
+
+    Args:
+        source_to_detector_mm: distance from the source to the detector's plane (DICOM (0018,1110)).
+        pixel_spacing_mm: pitch at the detector in DICOM's order (between rows, between columns)
+            (ImagerPixelSpacing (0018,1164)); one number for square pixels.
+
+    Returns:
+        (fx, fy) px: fx along a row (distance over the pitch between columns), fy down a column.
+
+    Raises:
+        InputError: a distance or spacing that is not a finite number above 0.
+
+    """
+    rows, columns = _pair(pixel_spacing_mm, "pixel_spacing_mm")
+    if not (np.isfinite(source_to_detector_mm) and source_to_detector_mm > 0):
+        raise InputError(
+            f"source_to_detector_mm is {source_to_detector_mm}; give the distance in mm, a number above 0."
+        )
+    if not (rows > 0 and columns > 0):
+        raise InputError(f"pixel_spacing_mm is [{rows}, {columns}]; give two numbers above 0, in mm.")
+    return source_to_detector_mm / columns, source_to_detector_mm / rows
+
+
+def intrinsics_matrix(
+    source_to_detector_mm: float,
+    pixel_spacing_mm: float | Sequence[float],
+    height: int,
+    width: int,
+    principal_point_px: Sequence[float] | None = None,
+) -> np.ndarray:
+    """Intrinsics K (3, 3) in pixels of a flat detector that faces its source.
+
+    Args:
+        source_to_detector_mm: as in focal_length_px.
+        pixel_spacing_mm: as in focal_length_px, (between rows, between columns).
+        height: rows of the image.
+        width: columns of the image.
+        principal_point_px: (column, row) where the perpendicular from the source meets the detector; the
+            detector's centre ((W - 1) / 2, (H - 1) / 2) when None.
+
+    Raises:
+        InputError: see focal_length_px.
+
+    """
+    fx, fy = focal_length_px(source_to_detector_mm, pixel_spacing_mm)
+    cx, cy = (
+        ((width - 1) / 2, (height - 1) / 2)
+        if principal_point_px is None
+        else _pair(principal_point_px, "principal_point_px")
+    )
+    return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]], dtype=np.float64)
+
+
+def look_at(source: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 0, 1)) -> np.ndarray:
+    """Extrinsic (4, 4) of a camera at `source` whose axis passes through `target`.
+
+    Args:
+        source: (3,) mm, the X-ray source.
+        target: (3,) mm, a point on the ray through the principal point.
+        up: (3,) world direction shown upward in the image (superior by default); need not be perpendicular.
+
+    Raises:
+        InputError: source and target coincide, or `up` is parallel to the line between them.
+
+    """
+    source, target, up = (np.asarray(x, dtype=np.float64) for x in (source, target, up))
+    forward = target - source
+    length = np.linalg.norm(forward)
+    if not length > 0:
+        raise InputError("look_at needs a target that differs from the source.")
+    forward /= length
+    across = np.cross(forward, up)
+    if np.linalg.norm(across) < 1e-9 * np.linalg.norm(up) or not np.linalg.norm(up) > 0:
+        raise InputError("look_at needs an `up` direction that is not parallel to the view.")
+    across /= np.linalg.norm(across)
+    rotation = np.stack([across, np.cross(forward, across), forward])
+    extrinsic = np.eye(4)
+    extrinsic[:3, :3] = rotation
+    extrinsic[:3, 3] = -rotation @ source
+    return extrinsic
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """One X-ray's camera; a camera that exists is valid.
+
+    Attributes:
+        intrinsics: K (3, 3) in pixels, upper triangular, positive focal lengths, last row 0 0 1.
+        extrinsic: E (4, 4), rigid, world LPS mm to camera mm.
+        height: rows of the image.
+        width: columns of the image.
+
+    Raises:
+        InputError: from the constructor, when any of these rules is broken.
+
+    """
+
+    intrinsics: np.ndarray
+    extrinsic: np.ndarray
+    height: int
+    width: int
+
+    def __post_init__(self) -> None:
+        """Validate, and keep read-only float64 copies."""
+        intrinsics = require_intrinsics(self.intrinsics)
+        extrinsic = require_rigid(self.extrinsic)
+        for name, size in (("height", self.height), ("width", self.width)):
+            if not isinstance(size, int | np.integer) or isinstance(size, bool) or size < 1:
+                raise InputError(f"The camera's {name} is {size}; give a whole number of pixels, 1 or more.")
+        intrinsics.flags.writeable = extrinsic.flags.writeable = False
+        object.__setattr__(self, "intrinsics", intrinsics)
+        object.__setattr__(self, "extrinsic", extrinsic)
+        object.__setattr__(self, "height", int(self.height))
+        object.__setattr__(self, "width", int(self.width))
+
+    @property
+    def source(self) -> np.ndarray:
+        """(3,) mm, the X-ray source in the world: -R^T t."""
+        return -self.extrinsic[:3, :3].T @ self.extrinsic[:3, 3]
+
+    @property
+    def axis(self) -> np.ndarray:
+        """(3,) unit world vector from the source perpendicular to the detector."""
+        return self.extrinsic[2, :3].copy()
+
+    def depth(self, points: ArrayLike) -> np.ndarray:
+        """Depth (...,) mm of world points (..., 3) along the axis; 0 at the source, negative behind it."""
+        return np.asarray(points, dtype=np.float64) @ self.extrinsic[2, :3] + self.extrinsic[2, 3]
+
+    def project(self, points: ArrayLike) -> np.ndarray:
+        """Project world points (..., 3) mm to pixels (..., 2) as (column, row).
+
+        Points at or behind the source cannot be seen: they give NaN.
+        """
+        camera = np.asarray(points, dtype=np.float64) @ self.extrinsic[:3, :3].T + self.extrinsic[:3, 3]
+        image = camera @ self.intrinsics.T
+        depth = np.where(image[..., 2:] > 0, image[..., 2:], np.nan)
+        return image[..., :2] / depth
+
+    def pixel_directions(self) -> np.ndarray:
+        """World vectors (H, W, 3) R^T K^-1 [column, row, 1]: from the source to the pixel at depth 1 mm."""
+        row, column = np.meshgrid(np.arange(self.height), np.arange(self.width), indexing="ij")
+        pixels = np.stack([column, row, np.ones_like(row)], axis=-1).astype(np.float64)
+        return pixels @ (self.extrinsic[:3, :3].T @ np.linalg.inv(self.intrinsics)).T
+
+    def magnification_mm_per_px(self, point: ArrayLike) -> np.ndarray:
+        """Millimetres per pixel, parallel to the detector at the depth of world points (..., 3); (...,)."""
+        return self.depth(point) / np.sqrt(self.intrinsics[0, 0] * self.intrinsics[1, 1])
+
+    def with_extrinsic(self, extrinsic: ArrayLike) -> Camera:
+        """Return the same detector at another pose (4, 4); raises InputError when it is not rigid."""
+        return replace(self, extrinsic=extrinsic)
+
+    def binned(self, factor: int) -> Camera:
+        """Camera of the image averaged over blocks of factor x factor pixels.
+
+        Rows and columns that do not fill a block are dropped at the end. A block's centre is the mean of its
+        pixels' centres, hence column' = (column + 1/2) / factor - 1/2.
+
+        Raises:
+            InputError: factor is not a whole number from 1 to the image's smaller side.
+
+        """
+        if not isinstance(factor, int | np.integer) or not 1 <= factor <= min(self.height, self.width):
+            raise InputError(
+                f"The binning factor is {factor}; give a whole number from 1 to "
+                f"{min(self.height, self.width)}."
+            )
+        intrinsics = self.intrinsics.copy()
+        intrinsics[:2] /= factor
+        intrinsics[:2, 2] += 0.5 / factor - 0.5
+        return Camera(intrinsics, self.extrinsic, self.height // factor, self.width // factor)
+
+    def cropped(self, row0: int, row1: int, col0: int, col1: int) -> Camera:
+        """Camera of image[row0:row1, col0:col1].
+
+        Raises:
+            InputError: the crop is empty or leaves the image.
+
+        """
+        if not (0 <= row0 < row1 <= self.height and 0 <= col0 < col1 <= self.width):
+            raise InputError(
+                f"The crop [{row0}:{row1}, {col0}:{col1}] is empty or leaves the image of "
+                f"{self.height} x {self.width}."
+            )
+        intrinsics = self.intrinsics.copy()
+        intrinsics[0, 2] -= col0
+        intrinsics[1, 2] -= row0
+        return Camera(intrinsics, self.extrinsic, row1 - row0, col1 - col0)
+
+
+def require_intrinsics(matrix: ArrayLike, where: str = "intrinsics") -> np.ndarray:
+    """Check K and return a float64 copy (3, 3).
+
+    Raises:
+        InputError: wrong shape, not finite, not upper triangular with last row 0 0 1, or a focal length <= 0.
+
+    """
+    try:
+        intrinsics = np.array(matrix, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{where} is not a table of numbers; give 3 rows of 3 numbers.") from None
+    if intrinsics.shape != (3, 3) or not np.isfinite(intrinsics).all():
+        raise InputError(f"{where} must be a 3x3 matrix of finite numbers, got shape {intrinsics.shape}.")
+    if intrinsics[1, 0] != 0 or not np.array_equal(intrinsics[2], (0, 0, 1)):
+        raise InputError(f"{where} must have the form [[fx, s, cx], [0, fy, cy], [0, 0, 1]], in pixels.")
+    if not (intrinsics[0, 0] > 0 and intrinsics[1, 1] > 0):
+        raise InputError(
+            f"{where} has focal lengths {intrinsics[0, 0]} and {intrinsics[1, 1]} px; both must be above 0."
+        )
+    return intrinsics
+
+
+def _pair(value: float | Sequence[float], name: str) -> tuple[float, float]:
+    """Two finite floats from one number or a pair."""
+    try:
+        pair = np.broadcast_to(np.asarray(value, dtype=np.float64), (2,))
+    except (TypeError, ValueError):
+        raise InputError(f"{name} is {value!r}; give two numbers.") from None
+    if not np.isfinite(pair).all():
+        raise InputError(f"{name} is {value!r}; give two finite numbers.")
+    return float(pair[0]), float(pair[1])
