@@ -49,8 +49,8 @@ def require_rigid(matrix: ArrayLike, where: str = "extrinsic") -> np.ndarray:
     deviation = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
     if deviation > RIGID_TOLERANCE:
         raise InputError(
-            f"{where} is not rigid: R R^T differs from the identity by {deviation:.3g}; its upper left 3x3 must "
-            "be orthonormal, without scaling or shear."
+            f"{where} is not rigid: R R^T differs from the identity by {deviation:.3g}; its upper left 3x3 "
+            "must be orthonormal, without scaling or shear."
         )
     if np.linalg.det(rotation) < 0:
         raise InputError(
