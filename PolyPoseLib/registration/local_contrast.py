@@ -1,0 +1,85 @@
+"""Locally normalised images: the residual that the second-order solver minimises.
+
+An image is compared after subtracting the mean and dividing by the standard deviation of the patch around every
+pixel.  The sum of squared differences of two images so normalised is twice their patch-wise normalised
+cross-correlation distance, whatever the local gain and offset (exposure, scatter, tissue that the CT lacks).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+
+def box_mean(images: np.ndarray, size: int) -> np.ndarray:
+    """Mean over size x size patches of (..., H, W), zeros beyond the border."""
+    means = uniform_filter1d(images, size, axis=-1, mode="constant")
+    return uniform_filter1d(means, size, axis=-2, mode="constant")
+
+
+class LocalContrast:
+    """Local normalisation with a mask.
+
+    mask: (H, W) bool, pixels that count; size: odd patch width in pixels; floor: standard deviation (in line
+    integrals) below which a patch counts as flat, so that noise is not blown up.
+    """
+
+    def __init__(self, mask: np.ndarray, size: int, floor: float) -> None:
+        self.mask = mask.astype(np.float32)
+        self.size = size
+        self.floor = floor
+        share = box_mean(self.mask, size)
+        self.share = np.maximum(share, 1e-6)
+        self.support = (mask & (share > 0.25)).astype(np.float32)
+
+    def mean(self, images: np.ndarray, rows: slice = slice(None), columns: slice = slice(None)) -> np.ndarray:
+        """Patch means of (..., h, w) images that cover the given part of the whole."""
+        return box_mean(images * self.mask[rows, columns], self.size) / self.share[rows, columns]
+
+    def normalise(self, image: np.ndarray) -> NormalisedImage:
+        """Return the normalised (H, W) image with what its derivative needs."""
+        centred = np.where(self.mask > 0, image, 0).astype(np.float64)
+        centred = centred - centred.sum() / max(self.mask.sum(), 1.0)
+        mean = self.mean(centred)
+        variance = np.maximum(self.mean(centred * centred) - mean * mean, 0)
+        deviation = np.sqrt(variance + self.floor**2)
+        values = (centred - mean) / deviation * self.support
+        return NormalisedImage(
+            values.astype(np.float32),
+            centred.astype(np.float32),
+            mean.astype(np.float32),
+            deviation.astype(np.float32),
+        )
+
+    def derivative(
+        self, image: NormalisedImage, changes: np.ndarray, window: tuple[int, int, int, int]
+    ) -> tuple[np.ndarray, tuple[int, int, int, int]]:
+        """Derivative of the normalised image when the image changes by ``changes`` (C, h, w) inside ``window``.
+
+        Returns (C, h', w') and the window, grown by the patch, in which it is not zero.
+        """
+        height, width = self.mask.shape
+        grow = self.size // 2
+        row0, row1 = max(window[0] - grow, 0), min(window[1] + grow, height)
+        column0, column1 = max(window[2] - grow, 0), min(window[3] + grow, width)
+        rows, columns = slice(row0, row1), slice(column0, column1)
+        grown = np.zeros((len(changes), row1 - row0, column1 - column0), np.float32)
+        grown[:, window[0] - row0 : window[1] - row0, window[2] - column0 : window[3] - column0] = changes
+        mean = self.mean(grown, rows, columns)
+        product = self.mean(grown * image.centred[rows, columns], rows, columns)
+        deviation = image.deviation[rows, columns]
+        slope = (product - image.mean[rows, columns] * mean) / deviation**2
+        result = (grown - mean) / deviation - image.values[rows, columns] * slope
+        return result * self.support[rows, columns], (row0, row1, column0, column1)
+
+
+@dataclass(frozen=True)
+class NormalisedImage:
+    """values: (H, W) normalised; centred, mean, deviation: (H, W) parts that its derivative needs."""
+
+    values: np.ndarray
+    centred: np.ndarray
+    mean: np.ndarray
+    deviation: np.ndarray

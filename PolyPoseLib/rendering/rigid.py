@@ -1,0 +1,193 @@
+"""Rendering of one rigid body under a pose, with the analytic Jacobian of the image.
+
+A body is a small volume of attenuation (1/mm) with a border of zeros.  Its pose maps fixed points to the moving
+frame in which the body's voxels lie; the pose is perturbed on the left, about the body's own centre:
+``y' = exp(delta) (y - centre) + centre`` with ``delta = [rotation (3) rad, translation (3) mm]``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from PolyPoseLib.geometry.camera import Camera
+
+Window = tuple[int, int, int, int]
+"""Row 0, row 1, column 0, column 1 of a part of an image, ends excluded."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """Attenuation of one rigid body.
+
+    voxels: (D, H, W) float32 in 1/mm with a border of zeros; affine: (4, 4) index (i, j, k) to moving LPS mm;
+    centre: (3,) LPS mm, about which the pose is perturbed.
+    """
+
+    voxels: np.ndarray
+    affine: np.ndarray
+    centre: np.ndarray
+    world_to_index: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Cache the inverse affine."""
+        object.__setattr__(self, "world_to_index", np.linalg.inv(self.affine))
+
+    @classmethod
+    def from_mask(cls, attenuation: np.ndarray, mask: np.ndarray, affine: np.ndarray) -> Body:
+        """Crop ``attenuation`` (D, H, W) to the box of ``mask``, zero outside the mask, padded by one voxel."""
+        occupied = [
+            np.flatnonzero(mask.any(axis=tuple(a for a in range(3) if a != axis))) for axis in range(3)
+        ]
+        slices = tuple(slice(int(o[0]), int(o[-1]) + 1) for o in occupied)
+        voxels = np.pad(np.where(mask[slices], attenuation[slices], 0).astype(np.float32), 1)
+        shifted = affine.copy()
+        start = np.array([s.start - 1 for s in reversed(slices)], float)
+        shifted[:3, 3] = affine[:3, :3] @ start + affine[:3, 3]
+        return cls(voxels, shifted, mask_centroid(mask, affine))
+
+    def corners(self) -> np.ndarray:
+        """(8, 3) moving LPS mm of the box's corners."""
+        size = np.array(self.voxels.shape[::-1]) - 1
+        index = np.array([[a, b, c] for a in (0, 1) for b in (0, 1) for c in (0, 1)]) * size
+        return index @ self.affine[:3, :3].T + self.affine[:3, 3]
+
+
+def mask_centroid(mask: np.ndarray, affine: np.ndarray) -> np.ndarray:
+    """Centroid (3,) in LPS mm of a boolean mask (D, H, W)."""
+    index = np.array(np.nonzero(mask)[::-1], float).mean(axis=1)
+    return affine[:3, :3] @ index + affine[:3, 3]
+
+
+@dataclass(frozen=True)
+class BodyProjection:
+    """The part of an image that a body covers.
+
+    image: (h, w) line integrals inside ``window``; jacobian: (6, h, w) derivative by the pose's perturbation, or None.
+    """
+
+    window: Window
+    image: np.ndarray
+    jacobian: np.ndarray | None
+
+
+def footprint(body: Body, camera: Camera, fixed_to_moving: np.ndarray) -> Window:
+    """The smallest window of the image that holds the projection of the body's box; empty when it is outside."""
+    moving_to_fixed = np.linalg.inv(fixed_to_moving)
+    corners = body.corners() @ moving_to_fixed[:3, :3].T + moving_to_fixed[:3, 3]
+    in_camera = corners @ camera.extrinsic[:3, :3].T + camera.extrinsic[:3, 3]
+    if (in_camera[:, 2] <= 1.0).any():
+        return 0, camera.height, 0, camera.width
+    pixels = in_camera @ camera.intrinsics.T
+    pixels = pixels[:, :2] / pixels[:, 2:]
+    low, high = np.floor(pixels.min(axis=0)), np.ceil(pixels.max(axis=0)) + 1
+    column0, row0 = (int(v) for v in np.clip(low, 0, (camera.width, camera.height)))
+    column1, row1 = (int(v) for v in np.clip(high, 0, (camera.width, camera.height)))
+    return row0, max(row1, row0), column0, max(column1, column0)
+
+
+def project_body(
+    body: Body, camera: Camera, fixed_to_moving: np.ndarray, step_mm: float, jacobian: bool = False
+) -> BodyProjection:
+    """Render ``body`` under its pose, inside its own footprint only.
+
+    step_mm: distance of the samples along each ray.  Midpoint rule; the samples lie at fixed depths from the
+    source, so the image changes smoothly with the pose.
+    """
+    window = footprint(body, camera, fixed_to_moving)
+    rows, columns = window[1] - window[0], window[3] - window[2]
+    image = np.zeros((rows, columns), np.float32)
+    moments = np.zeros((rows, columns, 6), np.float32) if jacobian else None
+    if rows and columns:
+        rays = _index_rays(body, camera, fixed_to_moving, window)
+        _backend()(body.voxels, rays, step_mm, image, moments)
+    if moments is None:
+        return BodyProjection(window, image, None)
+    return BodyProjection(window, image, _jacobian(body, camera, fixed_to_moving, window, moments))
+
+
+@dataclass(frozen=True)
+class IndexRays:
+    """Rays of a window in voxel indices per mm of camera depth: direction = corner + c per_column + r per_row."""
+
+    source: np.ndarray
+    corner: np.ndarray
+    per_column: np.ndarray
+    per_row: np.ndarray
+    inverse_intrinsics: np.ndarray
+
+
+def _index_rays(body: Body, camera: Camera, fixed_to_moving: np.ndarray, window: Window) -> IndexRays:
+    to_index = body.world_to_index @ fixed_to_moving
+    rotation = camera.extrinsic[:3, :3]
+    source = -rotation.T @ camera.extrinsic[:3, 3]
+    inverse_intrinsics = np.linalg.inv(camera.intrinsics)
+    # Pixels are counted from the window's first one.
+    inverse_intrinsics[:, 2] += inverse_intrinsics[:, 0] * window[2] + inverse_intrinsics[:, 1] * window[0]
+    directions = to_index[:3, :3] @ rotation.T @ inverse_intrinsics
+    return IndexRays(
+        to_index[:3, :3] @ source + to_index[:3, 3],
+        directions[:, 2].copy(),
+        directions[:, 0].copy(),
+        directions[:, 1].copy(),
+        inverse_intrinsics,
+    )
+
+
+def _jacobian(
+    body: Body, camera: Camera, fixed_to_moving: np.ndarray, window: Window, moments: np.ndarray
+) -> np.ndarray:
+    """Turn the kernel's moments into the derivative by [rotation, translation] about the body's centre.
+
+    d image / d translation = sum g;  d image / d rotation = sum (y - centre) x g, with y = start + depth direction.
+    """
+    gradient = moments[..., :3] @ body.world_to_index[:3, :3].astype(np.float32)
+    by_depth = moments[..., 3:] @ body.world_to_index[:3, :3].astype(np.float32)
+    rotation = fixed_to_moving[:3, :3] @ camera.extrinsic[:3, :3].T
+    source = fixed_to_moving[:3, :3] @ (-camera.extrinsic[:3, :3].T @ camera.extrinsic[:3, 3])
+    start = source + fixed_to_moving[:3, 3] - body.centre
+    inverse = np.linalg.inv(camera.intrinsics)
+    rows = np.arange(window[0], window[1])[:, None, None]
+    columns = np.arange(window[2], window[3])[None, :, None]
+    directions = rotation @ inverse
+    direction = (directions[:, 2] + columns * directions[:, 0] + rows * directions[:, 1]).astype(np.float32)
+    turning = _cross(start.astype(np.float32), gradient) + _cross(direction, by_depth)
+    return np.ascontiguousarray(np.moveaxis(np.concatenate([turning, gradient], axis=-1), -1, 0))
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Cross product over the last axis; several times faster than numpy's on large arrays."""
+    return np.stack(
+        [
+            a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1],
+            a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2],
+            a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0],
+        ],
+        axis=-1,
+    )
+
+
+def _project_numba(
+    voxels: np.ndarray, rays: IndexRays, step_mm: float, image: np.ndarray, moments: np.ndarray | None
+) -> None:
+    from PolyPoseLib.rendering import kernels
+
+    window = np.array([0, image.shape[0], 0, image.shape[1]])
+    arguments = (voxels, rays.source, rays.corner, rays.per_column, rays.per_row, rays.inverse_intrinsics)
+    if moments is None:
+        kernels.project(*arguments, window, step_mm, image)
+    else:
+        kernels.project_with_moments(*arguments, window, step_mm, image, moments)
+
+
+def _backend() -> Callable[..., None]:
+    """The fused kernel where numba is installed, else the torch one."""
+    try:
+        import numba  # noqa: F401
+    except ImportError:
+        from PolyPoseLib.rendering.rigid_torch import project_torch
+
+        return project_torch
+    return _project_numba
