@@ -1,7 +1,8 @@
 """Harmonic interpolation: soft tissue between rigidly moved bones as the solution of Laplace's equation.
 
-The displacement is given at the bones, has zero normal derivative at the box and is harmonic in between, which is a law
-of its own: it shares nothing with the registration's distance-weighted blending of rigid motions.
+The displacement is given at the bones, has zero normal derivative at the box and is harmonic in between,
+which is a law of its own: it shares nothing with the registration's distance-weighted blending of rigid
+motions.
 """
 
 from __future__ import annotations
@@ -83,7 +84,7 @@ def _conjugate_gradient(
 
 
 def _negative_laplacian(field: np.ndarray, weights: tuple[float, float, float]) -> np.ndarray:
-    """The seven-point operator on (C, k, j, i) with zero normal derivative at the faces; weights along (k, j, i)."""
+    """Seven-point operator on (C, k, j, i), zero normal derivative at the faces; weights along (k, j, i)."""
     out = np.zeros_like(field)
     for axis, weight in enumerate(weights, start=1):
         if field.shape[axis] < 2:
@@ -105,7 +106,7 @@ def _dot(a: np.ndarray, b: np.ndarray | None = None) -> np.ndarray:
 
 
 def _restrict(values: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Every other node; known where any node of its 2x2x2 block is, with the mean of the known values there."""
+    """Every other node; known where any node of its 2x2x2 block is, with the mean of what is known there."""
     pad = [(0, n % 2) for n in known.shape]
     known = np.pad(known, pad)
     masked = np.where(known, np.pad(values, [(0, 0), *pad]), 0).astype(np.float32)

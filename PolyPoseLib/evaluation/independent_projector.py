@@ -1,6 +1,8 @@
-"""Line integrals by another program than the product's renderer: ITK-RTK's Joseph projector, or a plain ray sum.
+"""Line integrals by another program than the product's renderer: ITK-RTK's Joseph projector, or a plain ray
+sum.
 
-Truth rendered by the renderer under test would hide its faults, so nothing of PolyPoseLib.rendering is used here.
+Truth rendered by the renderer under test would hide its faults, so nothing of PolyPoseLib.rendering is used
+here.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ _BEHIND_MM = 10.0
 def rtk_available() -> bool:
     """Whether ITK-RTK (the package itk-rtk) is installed."""
     return (
-        importlib.util.find_spec("itk") is not None and importlib.util.find_spec("itk.RTKConfig") is not None
+        importlib.util.find_spec("itk") is not None and importlib.util.find_spec("itk.RTKPython") is not None
     )
 
 
@@ -103,7 +105,7 @@ def _rtk(attenuation: Volume, camera: Camera) -> np.ndarray:
 
 
 def _ray_sum(attenuation: Volume, camera: Camera) -> np.ndarray:
-    """Trilinear samples at half the smallest spacing along every ray, between the depths of the volume's corners."""
+    """Trilinear samples at half the smallest spacing along every ray, through the depths of the volume."""
     depths = camera.depth(attenuation.corners())
     step = float(attenuation.spacing.min()) / 2
     marks = np.arange(depths.min() + step / 2, depths.max(), step)

@@ -1,4 +1,5 @@
-"""Joints and motions: where each bone turns, and random postures that keep bones from running into each other.
+"""Joints and motions: where each bone turns, and random postures that keep bones from running into each
+other.
 
 Everything here works on label geometry alone and knows nothing of the registration's deformation model.
 """
@@ -63,8 +64,8 @@ _HEAD_RADIUS_MM = (12.0, 35.0)
 class JointMotion:
     """One bone's motion and the joint it turns about.
 
-    moving_to_fixed: (4, 4) LPS mm. joint: (3,) mm in the moving frame. rotation_deg and axis (3,) are those at
-    the joint, relative to the parent. overlap: share of the bone inside bones placed before it.
+    moving_to_fixed: (4, 4) LPS mm. joint: (3,) mm in the moving frame. rotation_deg and axis (3,) are those
+    at the joint, relative to the parent. overlap: share of the bone inside bones placed before it.
     """
 
     parent: str
@@ -85,7 +86,7 @@ def bone_kind(name: str) -> str:
 
 
 def rigid_about(centre: np.ndarray, rotation_vector: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """The motion x -> R (x - centre) + centre + shift as (4, 4); rotation_vector (3,) in radians, mm elsewhere."""
+    """The motion x -> R (x - centre) + centre + shift, (4, 4); rotation_vector (3,) rad, the others (3,) mm."""
     motion = np.eye(4)
     motion[:3, :3] = Rotation.from_rotvec(rotation_vector).as_matrix()
     motion[:3, 3] = centre + shift - motion[:3, :3] @ centre
@@ -124,16 +125,17 @@ def draw_motions(
 ) -> dict[str, JointMotion]:
     """Draw a posture: every structure but the anchor turns about the joint with its parent.
 
-    Bones are placed one after another outwards from the anchor; a draw that pushes more than MAX_OVERLAP of a bone
-    into bones placed before is drawn again, then shrunk. Structures of the spine bend together, 3 degrees next to
-    the anchor growing to at most 6 at the far end.
+    Bones are placed one after another outwards from the anchor; a draw that pushes more than MAX_OVERLAP of
+    a bone into bones placed before is drawn again, then shrunk. Structures of the spine bend together, 3
+    degrees next to the anchor growing to at most 6 at the far end.
 
     Args:
         structures: labels on the CT's grid.
         affine: (4, 4) index (i, j, k) to LPS mm of that grid.
         anchor: the structure that stays.
         rng: the source of every random number.
-        slide_mm: standard deviation per axis of an additional shift of the joint, so that truth is no pure rotation.
+        slide_mm: standard deviation per axis of an additional shift of the joint, which makes the
+            truth no pure rotation.
         scale: factor on every rotation and shift (0 gives rest).
 
     Raises:
@@ -178,8 +180,9 @@ def draw_motions(
 def joint_centre(name: str, bone: np.ndarray, parent: np.ndarray) -> np.ndarray:
     """The point (3,) in mm about which a bone turns against its parent, from their voxel centres (N, 3).
 
-    Femur and humerus: the centre of the sphere through the bone's voxels that face the parent (the head). Ribs: the
-    end next to the spine, that is towards the parent's posterior part. Others: the middle of the contact.
+    Femur and humerus: the centre of the sphere through the bone's voxels that face the parent (the head).
+    Ribs: the end next to the spine, that is towards the parent's posterior part. Others: the middle of the
+    contact.
     """
     if bone_kind(name) == "rib":
         behind = parent[parent[:, 1] > np.median(bone[:, 1])]
@@ -195,7 +198,7 @@ def joint_centre(name: str, bone: np.ndarray, parent: np.ndarray) -> np.ndarray:
 
 
 def _sphere_centre(points: np.ndarray) -> np.ndarray | None:
-    """Centre of the least-squares sphere (algebraic fit), None when its radius is not that of a joint's head."""
+    """Centre of the least-squares sphere (algebraic fit); None when its radius is no bone head's."""
     if len(points) < 10:
         return None
     system = np.c_[2 * points, np.ones(len(points))]

@@ -1,4 +1,4 @@
-"""The CT of the same patient in another posture: bones moved exactly rigidly, soft tissue harmonic in between."""
+"""The CT of the same patient in another posture: bones moved rigidly, soft tissue harmonic in between."""
 
 from __future__ import annotations
 
@@ -64,10 +64,10 @@ class FixedGrid:
 class PosedCt:
     """A CT in another posture.
 
-    hu: (k, j, i) float32 on grid. labels: (k, j, i) int16 structure numbers on grid. nodes: (3, k, j, i) float32
-    displacement fixed -> moving in mm on the grid's nodes, rigid within bones. source_labels: (k, j, i) of the full
-    segmentation or None. overlap: {structure: share of its voxels given to another}. folds_percent: share of nodes
-    outside bones whose Jacobian determinant is <= 0.
+    hu: (k, j, i) float32 on grid. labels: (k, j, i) int16 structure numbers on grid. nodes: (3, k, j, i)
+    float32 displacement fixed -> moving in mm on the grid's nodes, rigid within bones. source_labels: (k,
+    j, i) of the full segmentation or None. overlap: {structure: share of its voxels given to another}.
+    folds_percent: share of nodes outside bones whose Jacobian determinant is <= 0.
     """
 
     grid: FixedGrid
@@ -90,13 +90,14 @@ def pose_ct(
 ) -> PosedCt:
     """Move the bones of a CT rigidly and let soft tissue follow harmonically.
 
-    A fixed voxel x belongs to bone k exactly when the moving label nearest to T_k x is k; there the CT is sampled at
-    T_k x. Elsewhere it is sampled at x + u(x), u harmonic between the bones; where that falls into a bone, the
-    surrounding soft tissue is put, so that no bone is seen twice.
+    A fixed voxel x belongs to bone k exactly when the moving label nearest to T_k x is k; there the CT is
+    sampled at T_k x. Elsewhere it is sampled at x + u(x), u harmonic between the bones; where that falls
+    into a bone, the surrounding soft tissue is put, so that no bone is seen twice.
 
     Args:
         ct: Hounsfield units.
-        structures: labels on the CT's grid; where two bones meet, one that stays keeps the voxel, then the earlier one.
+        structures: labels on the CT's grid; where two bones meet, one that stays keeps the voxel, then the
+            earlier one.
         fixed_to_moving: (4, 4) per structure, LPS mm; a structure that is missing stays.
         source_labels: (k, j, i) integers on the CT's grid, moved likewise.
         node_mm: distance of the nodes on which Laplace's equation is solved.
@@ -210,7 +211,7 @@ def _resample(
 
 
 def _soft_fill(ct: Volume, labels: np.ndarray, factor: tuple[int, int, int]) -> np.ndarray:
-    """Soft tissue in the bones' place: every factor-th voxel, bone ones taken from the nearest that is not bone."""
+    """Soft tissue in the bones' place: every factor-th voxel, in bones that of the nearest outside."""
     step = tuple(slice(None, None, f) for f in factor)
     bone = labels[step] > 0
     grown = bone | (distance_transform_edt(~bone, sampling=factor * ct.spacing[::-1]) < 2.5)
@@ -226,7 +227,7 @@ def _slice_field(nodes: np.ndarray, k: int, grid: FixedGrid) -> np.ndarray:
 
 
 def _affine_indices(matrix: np.ndarray, start: tuple[int, ...], stop: tuple[int, ...]) -> np.ndarray:
-    """Map the box of indices [start, stop) in (k, j, i) by a (4, 4) on (i, j, k); (3, k, j, i) in the order k, j, i."""
+    """Map the indices [start, stop) in (k, j, i) by a (4, 4) on (i, j, k); gives (3, k, j, i)."""
     k, j, i = (np.arange(a, b, dtype=np.float64) for a, b in zip(start, stop, strict=True))
     rows = [
         matrix[row, 0] * i[None, None, :]

@@ -1,7 +1,8 @@
 """Cases with a known truth: a CT whose bones were moved, X-rays of it, and cameras known only roughly.
 
-The truth shares nothing with the registration: bones move exactly rigidly about their joints, soft tissue follows
-Laplace's equation, another program projects, and a detector model adds noise, scatter, saturation and rounding.
+The truth shares nothing with the registration: bones move exactly rigidly about their joints, soft tissue
+follows Laplace's equation, another program projects, and a detector model adds noise, scatter, saturation
+and rounding.
 """
 
 from __future__ import annotations
@@ -14,11 +15,12 @@ import numpy as np
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.evaluation import independent_projector
-from PolyPoseLib.evaluation.motion import JointMotion, draw_motions, rigid_about
+from PolyPoseLib.evaluation.motion import JointMotion, apply, draw_motions, rigid_about, structure_points
 from PolyPoseLib.evaluation.posed_ct import pose_ct
 from PolyPoseLib.evaluation.xray_physics import XrayPhysics, measure
 from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at
 from PolyPoseLib.imaging.volume import Volume, hounsfield_to_attenuation
+from PolyPoseLib.warp.field import DisplacementField
 
 if TYPE_CHECKING:
     from PolyPoseLib.imaging.structures import Structures
@@ -31,9 +33,10 @@ INITIAL_TRANSLATION_MM = 15.0
 class SimulationOptions:
     """How a case is made; lengths in mm.
 
-    node_mm: grid of the soft field. pad_mm: room around the CT for anatomy that moves out of it. ends: "cut" or
-    "continued" (the end slices go on beyond the CT). slide_mm: random shift of joints. motion_scale: factor on drawn
-    motions. rotation_deg, translation_mm: error of the initial cameras. projector: "auto", "rtk" or "sum".
+    node_mm: grid of the soft field. pad_mm: room around the CT for anatomy that moves out of it. ends:
+    "cut" or "continued" (the end slices go on beyond the CT). slide_mm: random shift of joints.
+    motion_scale: factor on drawn motions. rotation_deg, translation_mm: error of the initial cameras.
+    projector: "auto", "rtk" or "sum".
     """
 
     physics: XrayPhysics = field(default_factory=XrayPhysics)
@@ -58,22 +61,15 @@ class SimulationOptions:
 
 
 @dataclass(frozen=True)
-class TruthField:
-    """Displacement fixed -> moving: vectors (k, j, i, 3) mm in LPS on the grid of affine (4, 4), index (i, j, k)."""
-
-    vectors: np.ndarray
-    affine: np.ndarray
-
-
-@dataclass(frozen=True)
 class SimulatedCase:
     """One case in memory: what a registration gets, and the truth.
 
-    Given: ct (HU), structures, anchor, images (list of (H, W) float32 line integrals as measured), initial_cameras.
-    Truth: cameras, fixed_to_moving {structure: (4, 4) LPS mm}, fixed_ct (HU) and fixed_labels (structure numbers) on
-    the CT's grid, field (soft field on its nodes, rigid in bones), clean_images. fixed_source_labels is the full
-    segmentation in the fixed posture when one was given. joints tells how the motions were drawn, when they were.
-    statistics: numbers per structure and for the case (rest TRE in mm, overlap, folds in percent).
+    Given: ct (HU), structures, anchor, images (list of (H, W) float32 line integrals as measured),
+    initial_cameras. Truth: cameras, fixed_to_moving {structure: (4, 4) LPS mm}, fixed_ct (HU) and
+    fixed_labels (structure numbers) on the CT's grid, field (soft field on its nodes, rigid in bones),
+    clean_images. fixed_source_labels is the full segmentation in the fixed posture when one was given.
+    joints tells how the motions were drawn, when they were. statistics: numbers per structure and for the
+    case (rest TRE in mm, overlap, folds in percent).
     """
 
     ct: Volume
@@ -86,7 +82,7 @@ class SimulatedCase:
     fixed_to_moving: dict[str, np.ndarray]
     fixed_ct: Volume
     fixed_labels: Volume
-    field: TruthField
+    field: DisplacementField
     fixed_source_labels: Volume | None
     joints: dict[str, JointMotion]
     statistics: dict
@@ -108,7 +104,8 @@ def simulate_case(
     Args:
         ct: Hounsfield units.
         structures: labels on the CT's grid.
-        motions: {structure: (4, 4) moving -> fixed, LPS mm}; a structure that is missing stays. None draws them.
+        motions: {structure: (4, 4) moving -> fixed, LPS mm}; a structure that is missing stays. None draws
+            them.
         cameras: true cameras; None gives two views 30 degrees apart.
         seed: of every random number (motions, noise and initial cameras each have a stream of their own).
         options: see SimulationOptions.
@@ -158,7 +155,7 @@ def simulate_case(
         fixed_to_moving=fixed_to_moving,
         fixed_ct=Volume(np.ascontiguousarray(grid.core(posed.hu)), ct.affine),
         fixed_labels=Volume(np.ascontiguousarray(grid.core(posed.labels)), ct.affine),
-        field=TruthField(np.ascontiguousarray(np.moveaxis(posed.nodes, 0, -1)), grid.node_affine),
+        field=DisplacementField(np.ascontiguousarray(np.moveaxis(posed.nodes, 0, -1)), grid.node_affine),
         fixed_source_labels=None
         if posed.source_labels is None
         else Volume(np.ascontiguousarray(grid.core(posed.source_labels)), ct.affine),
@@ -184,7 +181,8 @@ def view_cameras(
         angles_deg: 0 is antero-posterior (source in front); positive turns the source to the patient's left.
         pixels: rows and columns of the square detector.
         detector_mm: side of the detector.
-        source_to_detector_mm, source_to_isocenter_mm: distances.
+        source_to_detector_mm: distance from the source to the detector.
+        source_to_isocenter_mm: distance from the source to the isocenter.
         isocenter: (3,) LPS mm.
 
     """
@@ -205,7 +203,7 @@ def arc_angles(views: int, arc_deg: float) -> list[float]:
 def perturbed_camera(
     camera: Camera, centre: np.ndarray, rng: np.random.Generator, rotation_deg: float, translation_mm: float
 ) -> Camera:
-    """The camera off by exactly rotation_deg about a random axis through centre and translation_mm in a random way."""
+    """The camera turned by rotation_deg about a random axis through centre and moved by translation_mm."""
     axis, way = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
     error = rigid_about(np.asarray(centre), np.radians(rotation_deg) * axis, translation_mm * way)
     return camera.with_extrinsic(camera.extrinsic @ error)
@@ -240,8 +238,6 @@ def _statistics(
     ct: Volume, structures: Structures, poses: dict[str, np.ndarray], overlap: dict[str, float], folds: float
 ) -> dict:
     """Rest TRE (mean and largest distance that voxels travel, mm), overlap and folds."""
-    from PolyPoseLib.evaluation.motion import apply, structure_points
-
     table = {}
     for name, points in structure_points(structures, ct.affine).items():
         travel = np.linalg.norm(apply(np.linalg.inv(poses[name]), points) - points, axis=1)

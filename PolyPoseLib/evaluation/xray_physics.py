@@ -15,8 +15,8 @@ class XrayPhysics:
     """Settings of the measurement; the defaults are a mid-dose C-arm exposure.
 
     photons: expected count per pixel without any object (I0).
-    scatter_fraction: scattered over primary energy, averaged over the image (0.2 behind a grid).
-    scatter_width: standard deviation of the scatter's spread as a share of the image's width.
+    scatter_to_primary: scattered over primary energy, median over the object (about 0.5 behind a grid, 2
+    without). scatter_width: standard deviation of the scatter's spread as a share of the image's width.
     beam_hardening: relative loss per unit of line integral; 0.01 lowers a line integral of 5 by 5 %.
     blur_px: standard deviation of the detector's blur in pixels.
     saturation: line integrals below this are burnt out to it.
@@ -25,7 +25,7 @@ class XrayPhysics:
     """
 
     photons: float = 5e4
-    scatter_fraction: float = 0.2
+    scatter_to_primary: float = 0.5
     scatter_width: float = 0.15
     beam_hardening: float = 0.0
     blur_px: float = 0.5
@@ -37,7 +37,7 @@ class XrayPhysics:
         """Check the ranges; raises InputError."""
         if not self.photons > 0:
             raise InputError("photons must be positive.")
-        for field in ("scatter_fraction", "scatter_width", "beam_hardening", "blur_px", "saturation"):
+        for field in ("scatter_to_primary", "scatter_width", "beam_hardening", "blur_px", "saturation"):
             if not 0 <= getattr(self, field) < np.inf:
                 raise InputError(f"{field} must be zero or positive.")
         if not 0 <= self.bits <= 16:
@@ -49,20 +49,30 @@ class XrayPhysics:
 def measure(clean: np.ndarray, physics: XrayPhysics, rng: np.random.Generator) -> np.ndarray:
     """Line integrals as a detector reports them, (H, W) float32, from clean ones (H, W).
 
-    Beer-Lambert intensities, plus a broad scatter veil, blurred, drawn from a Poisson law, logarithm, clipped at the
-    saturation and rounded to the bits.
+    Beer-Lambert intensities, plus a broad scatter veil, blurred, drawn from a Poisson law, logarithm,
+    clipped at the saturation and rounded to the bits.
     """
     line = np.asarray(clean, dtype=np.float64)
     line = line / (1 + physics.beam_hardening * line)
     primary = np.exp(-line)
-    veil = gaussian_filter(primary, physics.scatter_width * max(line.shape), mode="nearest")
-    intensity = primary + physics.scatter_fraction * veil
+    intensity = primary + _scatter(line, primary, physics)
     if physics.blur_px:
         intensity = gaussian_filter(intensity, physics.blur_px, mode="nearest")
     counts = rng.poisson(np.minimum(intensity * physics.photons, 1e15)).astype(np.float64)
     measured = -np.log(np.maximum(counts, 0.5) / physics.photons)
     measured = np.maximum(measured, physics.saturation)
     return _rounded(measured, physics).astype(np.float32)
+
+
+def _scatter(line: np.ndarray, primary: np.ndarray, physics: XrayPhysics) -> np.ndarray:
+    """The veil (H, W): first-order scatter p exp(-p) spread widely (Ohnesorge et al., Eur Radiol 9, 1999)."""
+    if physics.scatter_to_primary == 0:
+        return np.zeros_like(line)
+    veil = gaussian_filter(line * primary, physics.scatter_width * max(line.shape), mode="nearest")
+    behind = line > 0.5
+    if not behind.any() or not veil.any():
+        return np.zeros_like(line)
+    return veil * (physics.scatter_to_primary / np.median(veil[behind] / primary[behind]))
 
 
 def _rounded(line: np.ndarray, physics: XrayPhysics) -> np.ndarray:
