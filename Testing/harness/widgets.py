@@ -1,0 +1,309 @@
+"""Small real Qt widgets in place of the panel's ctk and qMRML widgets; they work on the real scene."""
+
+from __future__ import annotations
+
+import sys
+import types
+from typing import Any, ClassVar
+
+import shiboken6
+import slicer
+from PySide6 import QtCore, QtWidgets
+
+from .pythonqt import set_private
+
+Signal = QtCore.Signal
+
+
+def stored(kind: Any, name: str, default: Any, signal: str | None = None) -> QtCore.Property:
+    """A Qt property kept in the instance, with an optional notification."""
+    key = f"_{name}"
+
+    def read(self: Any) -> Any:
+        return self.__dict__.get(key, list(default) if isinstance(default, list) else default)
+
+    def write(self: Any, value: Any) -> None:
+        changed = read(self) != value
+        self.__dict__[key] = value
+        if changed:
+            self.property_changed(name)
+            if signal:
+                getattr(self, signal).emit(value)
+
+    return QtCore.Property(kind, read, write)
+
+
+class StandIn(QtWidgets.QWidget):
+    """What the stand-ins share; `signatures` names the Python signal of each C++ signature."""
+
+    standsForQtClass = True
+    signatures: ClassVar[dict[str, str]] = {}
+
+    def property_changed(self, name: str) -> None:
+        """Called after a stored property changed."""
+
+
+class qMRMLWidget(StandIn):
+    """A widget that hands its scene to its children through the .ui file's connections."""
+
+    mrmlSceneChanged = Signal(object)
+    signatures: ClassVar = {"mrmlSceneChanged(vtkMRMLScene*)": "mrmlSceneChanged"}
+    isEntered = stored(bool, "isEntered", True)
+
+    def setMRMLScene(self, scene: Any) -> None:
+        """Set the scene."""
+        set_private(self, _scene=scene)
+        self.mrmlSceneChanged.emit(scene)
+
+    def mrmlScene(self) -> Any:
+        """The scene."""
+        return self.__dict__.get("_scene")
+
+
+class qSlicerScriptedLoadableModuleWidget(qMRMLWidget):
+    """The frame that the application puts around a scripted module's panel."""
+
+    def setModuleName(self, name: str) -> None:
+        """Tell which module this is the frame of."""
+        set_private(self, _module_name=name)
+
+    def reload(self) -> None:
+        """Make and set up a new panel from the module's present code."""
+        name = self.__dict__["_module_name"]
+        panel = getattr(sys.modules[name], f"{name}Widget")(self)
+        setattr(slicer.modules, f"{name}Widget", panel)
+        panel.setup()
+
+
+class qMRMLNodeComboBox(StandIn):
+    """Selects one node of given classes from the scene."""
+
+    currentNodeChanged = Signal(object)
+    currentNodeChangedBool = Signal(bool)
+    currentNodeIDChanged = Signal(str)
+    nodeAddedByUser = Signal(object)
+    signatures: ClassVar = {
+        "currentNodeChanged(vtkMRMLNode*)": "currentNodeChanged",
+        "currentNodeChanged(bool)": "currentNodeChangedBool",
+        "currentNodeIDChanged(QString)": "currentNodeIDChanged",
+        "nodeAddedByUser(vtkMRMLNode*)": "nodeAddedByUser",
+    }
+    nodeTypes = stored("QStringList", "nodeTypes", [])
+    noneEnabled = stored(bool, "noneEnabled", False)
+    addEnabled = stored(bool, "addEnabled", True)
+    removeEnabled = stored(bool, "removeEnabled", True)
+    renameEnabled = stored(bool, "renameEnabled", False)
+    editEnabled = stored(bool, "editEnabled", False)
+    showHidden = stored(bool, "showHidden", False)
+    showChildNodeTypes = stored(bool, "showChildNodeTypes", True)
+    selectNodeUponCreation = stored(bool, "selectNodeUponCreation", True)
+    baseName = stored(str, "baseName", "")
+    noneDisplay = stored(str, "noneDisplay", "None")
+
+    def __init__(self, parent: QtWidgets.QWidget | None = None) -> None:
+        super().__init__(parent)
+        box = QtWidgets.QComboBox(self)
+        layout = QtWidgets.QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(box)
+        set_private(self, _box=box, _scene=None, _id="", _tags=[])
+        box.activated.connect(lambda index: self.setCurrentNodeID(box.itemData(index) or ""))
+
+    def property_changed(self, name: str) -> None:
+        """Other nodes may fit now."""
+        self.refresh()
+
+    def mrmlScene(self) -> Any:
+        """The scene."""
+        return self._scene
+
+    def setMRMLScene(self, scene: Any) -> None:
+        """Offer the nodes of this scene."""
+        if scene is self._scene:
+            return
+        self._stop_observing()
+        set_private(self, _scene=scene)
+        if scene:
+            for event in (
+                slicer.vtkMRMLScene.NodeAddedEvent,
+                slicer.vtkMRMLScene.NodeRemovedEvent,
+                slicer.vtkMRMLScene.EndCloseEvent,
+                slicer.vtkMRMLScene.EndImportEvent,
+                slicer.vtkMRMLScene.EndBatchProcessEvent,
+            ):
+                self._tags.append(scene.AddObserver(event, lambda *_: self.refresh()))
+        self.refresh()
+
+    def _stop_observing(self) -> None:
+        for tag in self._tags:
+            self._scene.RemoveObserver(tag)
+        self._tags.clear()
+
+    def _nodes(self) -> list[Any]:
+        if self._scene is None:
+            return []
+        nodes = [self._scene.GetNthNode(index) for index in range(self._scene.GetNumberOfNodes())]
+        return [node for node in nodes if self._fits(node)]
+
+    def _fits(self, node: Any) -> bool:
+        if node.GetHideFromEditors() and not self.showHidden:
+            return False
+        return any(
+            node.GetClassName() == kind or (self.showChildNodeTypes and node.IsA(kind))
+            for kind in self.nodeTypes
+        )
+
+    def refresh(self) -> None:
+        """Read the scene again."""
+        if "_box" not in self.__dict__:
+            return
+        if not shiboken6.isValid(self) or not shiboken6.isValid(self._box):
+            self._stop_observing()
+            return
+        nodes = self._nodes()
+        identifiers = [node.GetID() for node in nodes]
+        self._box.clear()
+        if self.noneEnabled:
+            self._box.addItem(self.noneDisplay, "")
+        for node in nodes:
+            self._box.addItem(node.GetName(), node.GetID())
+        # Without a None entry the first node is selected.
+        fallback = "" if self.noneEnabled or not identifiers else identifiers[0]
+        self._select(self._id if self._id in identifiers else fallback)
+
+    def _select(self, identifier: str) -> None:
+        self._box.setCurrentIndex(self._box.findData(identifier))
+        if identifier != self._id:
+            set_private(self, _id=identifier)
+            node = self.currentNode()
+            self.currentNodeChanged.emit(node)
+            self.currentNodeChangedBool.emit(node is not None)
+            self.currentNodeIDChanged.emit(identifier)
+
+    def currentNode(self) -> Any:
+        """The selected node or None."""
+        return self._scene.GetNodeByID(self._id) if self._scene and self._id else None
+
+    def setCurrentNode(self, node: Any) -> None:
+        """Select a node; one that does not fit selects none."""
+        self.setCurrentNodeID(node.GetID() if node else "")
+
+    def setCurrentNodeID(self, identifier: str) -> None:
+        """Select a node by its ID."""
+        known = [node.GetID() for node in self._nodes()]
+        self._select(identifier if identifier in known else "")
+
+    currentNodeID = QtCore.Property(str, lambda self: self._id, setCurrentNodeID)
+
+    def nodeCount(self) -> int:
+        """How many nodes fit."""
+        return len(self._nodes())
+
+    def addNode(self, kind: str | None = None) -> Any:
+        """Make a node, as the menu's `Create new` does."""
+        node = self._scene.AddNewNodeByClass(kind or self.nodeTypes[0], self.baseName)
+        self.nodeAddedByUser.emit(node)
+        if self.selectNodeUponCreation:
+            self.setCurrentNode(node)
+        return node
+
+
+class ctkCollapsibleButton(StandIn):
+    """A section with a title."""
+
+    contentsCollapsed = Signal(bool)
+    signatures: ClassVar = {"contentsCollapsed(bool)": "contentsCollapsed"}
+    text = stored(str, "text", "")
+    collapsed = stored(bool, "collapsed", False, "contentsCollapsed")
+    checkable = stored(bool, "checkable", False)
+
+
+class ctkSliderWidget(StandIn):
+    """A slider with a spin box."""
+
+    valueChanged = Signal(float)
+    signatures: ClassVar = {"valueChanged(double)": "valueChanged"}
+    minimum = stored(float, "minimum", 0.0)
+    maximum = stored(float, "maximum", 99.0)
+    singleStep = stored(float, "singleStep", 1.0)
+    pageStep = stored(float, "pageStep", 10.0)
+    decimals = stored(int, "decimals", 2)
+    suffix = stored(str, "suffix", "")
+    prefix = stored(str, "prefix", "")
+    tracking = stored(bool, "tracking", True)
+    spinBoxVisible = stored(bool, "spinBoxVisible", True)
+
+    def property_changed(self, name: str) -> None:
+        """A new range moves the value into it."""
+        if name in ("minimum", "maximum"):
+            self.setValue(self._read())
+
+    def _read(self) -> float:
+        return self.__dict__.get("_value", 0.0)
+
+    def setValue(self, value: float) -> None:
+        """Set the value; it is clipped and rounded."""
+        value = round(min(max(float(value), self.minimum), self.maximum), self.decimals)
+        if value != self._read():
+            set_private(self, _value=value)
+            self.valueChanged.emit(value)
+
+    value = QtCore.Property(float, _read, setValue)
+
+
+class ctkDoubleSpinBox(ctkSliderWidget):
+    """A number with a unit."""
+
+
+class ctkPathLineEdit(StandIn):
+    """A path with a button to browse."""
+
+    Dirs, Files, Readable = 1, 2, 16
+    currentPathChanged = Signal(str)
+    signatures: ClassVar = {"currentPathChanged(QString)": "currentPathChanged"}
+    currentPath = stored(str, "currentPath", "", "currentPathChanged")
+    filters = stored(int, "filters", 0)
+    nameFilters = stored("QStringList", "nameFilters", [])
+    settingKey = stored(str, "settingKey", "")
+
+    def setCurrentPath(self, path: str) -> None:
+        """Set the path."""
+        self.currentPath = path
+
+    def addCurrentPathToHistory(self) -> None:
+        """Remember the path in the settings."""
+        if self.settingKey:
+            slicer.app.userSettings().setValue(self.settingKey, [self.currentPath])
+
+
+_SLICER_WIDGETS = (qMRMLWidget, qSlicerScriptedLoadableModuleWidget, qMRMLNodeComboBox)
+_CTK_WIDGETS = (ctkCollapsibleButton, ctkSliderWidget, ctkDoubleSpinBox, ctkPathLineEdit)
+# Named by Slicer's own parameterNodeWrapper when it looks for a connector; the panel has none of them.
+_ONLY_NAMED_BY_SLICER = {
+    "ctk": (
+        "ctkCheckBox",
+        "ctkComboBox",
+        "ctkCheckablePushButton",
+        "ctkDoubleSlider",
+        "ctkRangeWidget",
+        "ctkDoubleRangeSlider",
+        "ctkDirectoryButton",
+        "ctkColorPickerButton",
+    ),
+    "slicer": ("qMRMLSliderWidget", "qMRMLSpinBox", "qMRMLRangeWidget"),
+}
+
+
+def install() -> list[type[QtWidgets.QWidget]]:
+    """Make `import ctk` work, add the qMRML widgets to `slicer`; returns the classes for .ui files."""
+    ctk = types.ModuleType("ctk", __doc__)
+    for cls in _CTK_WIDGETS:
+        setattr(ctk, cls.__name__, cls)
+    for cls in _SLICER_WIDGETS:
+        setattr(slicer, cls.__name__, cls)
+    for owner, names in ((ctk, _ONLY_NAMED_BY_SLICER["ctk"]), (slicer, _ONLY_NAMED_BY_SLICER["slicer"])):
+        for name in names:
+            setattr(owner, name, type(name, (), {}))
+    ctk.ctkMessageBox = QtWidgets.QMessageBox
+    sys.modules["ctk"] = ctk
+    return [*_SLICER_WIDGETS, *_CTK_WIDGETS]
