@@ -1,0 +1,129 @@
+"""Image files through SimpleITK, with every failure as one sentence."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from PolyPoseLib.errors import InputError
+
+if TYPE_CHECKING:
+    import SimpleITK as sitk
+
+ENDINGS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd", ".hdr", ".img", ".img.gz")
+"""Endings of the volume files that are read; DICOM is read by dicom_series."""
+
+_SHEAR = re.compile(r"orthonormal|shear|skew", re.IGNORECASE)
+
+
+def read_image(path: str | Path) -> sitk.Image:
+    """Read an image of any dimension, scalar or vector; raises InputError naming the file and the mend."""
+    import SimpleITK as sitk
+
+    from PolyPoseLib.imaging.volume import MAX_VOXELS
+
+    path = Path(path)
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file; check the name and the folder.")
+    if not path.name.lower().endswith(ENDINGS):
+        raise InputError(
+            f"{path}: this kind of file is not read as a volume; give NIfTI, NRRD, MHA or a DICOM folder."
+        )
+    reader = sitk.ImageFileReader()
+    reader.SetFileName(str(path))
+    try:
+        reader.ReadImageInformation()
+        size = reader.GetSize()
+        if np.prod([float(n) for n in size]) * reader.GetNumberOfComponents() > MAX_VOXELS:
+            raise InputError(
+                f"{path}: {'x'.join(map(str, size))} voxels are too many to hold in memory; resample the "
+                "image to a coarser grid or crop it."
+            )
+        return reader.Execute()
+    except (RuntimeError, MemoryError) as error:
+        raise InputError(_read_failure(path, str(error))) from error
+
+
+def read_scalar_image(path: str | Path) -> sitk.Image:
+    """Read a three-dimensional image with one value per voxel; a trailing dimension of length one is
+    dropped.
+    """
+    image = read_image(path)
+    while image.GetDimension() > 3 and image.GetSize()[-1] == 1:
+        image = _first_of_last_axis(image)
+    dimension, components = image.GetDimension(), image.GetNumberOfComponentsPerPixel()
+    if dimension == 2:
+        raise InputError(
+            f"{path}: the image has 2 dimensions, a volume needs 3; give the whole stack of slices."
+        )
+    if dimension != 3:
+        raise InputError(
+            f"{path}: the image has {dimension} dimensions ({'x'.join(map(str, image.GetSize()))}), a volume "
+            "needs 3; save one time point as its own file."
+        )
+    if components != 1:
+        raise InputError(
+            f"{path}: the image has {components} values per voxel (colours, vectors or layers), a volume "
+            "needs one; save one component as its own file."
+        )
+    if "complex" in image.GetPixelIDTypeAsString():
+        raise InputError(f"{path}: the image holds complex numbers; save its real part as its own file.")
+    return image
+
+
+def write_image(image: sitk.Image, path: Path) -> None:
+    """Write an image, compressed, and make sure that all of it arrived; raises InputError otherwise."""
+    import SimpleITK as sitk
+
+    try:
+        sitk.WriteImage(image, str(path), True)
+        arrived = path.stat().st_size > 0
+        if path.name.endswith(".gz"):
+            _read_through(path)
+    except (RuntimeError, OSError, EOFError) as error:
+        raise InputError(_write_failure(path, error)) from error
+    if not arrived:
+        raise InputError(f"{path}: nothing could be written; check the free space and the permissions.")
+
+
+def _read_through(path: Path) -> None:
+    """Decompress a file to its end: a full disk can go unnoticed by the writer, but not by the checksum."""
+    import gzip
+
+    with gzip.open(path) as stream:
+        while stream.read(1 << 22):
+            pass
+
+
+def _first_of_last_axis(image: sitk.Image) -> sitk.Image:
+    """The image without its last axis."""
+    import SimpleITK as sitk
+
+    return sitk.Extract(image, [*image.GetSize()[:-1], 0])
+
+
+def _read_failure(path: Path, message: str) -> str:
+    """One sentence for the toolkit's several lines."""
+    if _SHEAR.search(message):
+        return (
+            f"{path}: the slices are sheared (gantry tilt) or its axes are not orthonormal; resample the CT "
+            "to a straight grid first, for example by Slicer's Acquisition Geometry Regularization."
+        )
+    if path.stat().st_size == 0:
+        return f"{path}: the file is empty; export it again."
+    return f"{path}: the file is no readable image (damaged, cut short, another format); export it again."
+
+
+def _write_failure(path: Path, error: Exception) -> str:
+    """One sentence that says why a file could not be written, as far as the system tells."""
+    import errno
+    import shutil
+
+    if not path.parent.is_dir():
+        return f"{path}: the folder {path.parent} does not exist; make it first."
+    full = getattr(error, "errno", None) == errno.ENOSPC or shutil.disk_usage(path.parent).free < 1 << 16
+    reason = "no space is left on the disk" if full else "the file could not be written whole"
+    return f"{path}: {reason}; free some space, check the permissions, or choose another folder."

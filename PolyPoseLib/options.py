@@ -1,0 +1,125 @@
+"""How to register: everything that a study's "options" may hold."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.spelling import unknown_name
+
+CHOICES: dict[str, tuple[str, ...]] = {
+    "preset": ("default", "fast", "paper"),
+    "device": ("auto", "cpu", "cuda"),
+    "weights": ("mass", "epsilon", "rigid"),
+    "weight_frame": ("moving", "fixed"),
+    "optimizer": ("adam", "lm"),
+    "kernel": ("auto", "torch", "numba"),
+}
+"""Allowed values of the options that name something."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Settings of one registration; None leaves a setting to the preset.
+
+    preset: "default", "fast" (coarser, for a first look) or "paper" (the reference's settings).
+    device: "auto" takes a CUDA device when there is one.
+    threads: CPU threads, None for all.
+    seed: of every random choice; the same seed gives the same result on the same device.
+    preview: file into which a coarse displacement field is written while the run goes on.
+    weights, weight_frame: form of the weight field and the frame in which distances are measured.
+    epsilon: 1/mm^2, of the weights "epsilon" only.
+    optimizer: of the joint stage.
+    kernel: "numba" is the fused one, "torch" the plain one; "auto" takes what is installed.
+    refine_cameras: whether cameras that are not known are refined by the anchor.
+    uncertainty: whether confidence intervals are computed.
+    transform_spacing_mm: grid of the displacement field, at most 4 mm.
+    """
+
+    preset: str = "default"
+    device: str = "auto"
+    threads: int | None = None
+    seed: int = 0
+    preview: str | None = None
+    weights: str | None = None
+    weight_frame: str | None = None
+    epsilon: float | None = None
+    optimizer: str | None = None
+    kernel: str = "auto"
+    refine_cameras: bool = True
+    uncertainty: bool = True
+    transform_spacing_mm: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check every value; raises InputError naming the option."""
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if value is None and field.default is None:
+                continue
+            _check(field.name, str(field.type), value)
+        if self.transform_spacing_mm is not None and self.transform_spacing_mm > 4:
+            raise InputError(
+                f'Option "transform_spacing_mm" is {self.transform_spacing_mm:g}, coarser than the 4 mm that '
+                "a result may have: give 4 or less."
+            )
+
+    @classmethod
+    def from_dict(cls, options: Mapping[str, Any] | Options | None) -> Options:
+        """Options from a study's JSON object; raises InputError for unknown names and wrong values."""
+        if options is None:
+            return cls()
+        if isinstance(options, Options):
+            return options
+        if not isinstance(options, Mapping):
+            raise InputError(
+                f'"options" must be an object such as {{"preset": "fast"}}, not {type(options).__name__}.'
+            )
+        known = [field.name for field in dataclasses.fields(cls)]
+        for name in options:
+            if name not in known:
+                raise InputError(unknown_name("option", str(name), known))
+        return cls(**options)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The options that differ from their defaults, ready for JSON."""
+        return {
+            field.name: getattr(self, field.name)
+            for field in dataclasses.fields(self)
+            if getattr(self, field.name) != field.default
+        }
+
+    def updated(self, **changes: Any) -> Options:
+        """A copy in which every change that is not None replaces the value; raises InputError as
+        from_dict.
+        """
+        return Options.from_dict(
+            {
+                **dataclasses.asdict(self),
+                **{name: value for name, value in changes.items() if value is not None},
+            }
+        )
+
+
+def _check(name: str, declared: str, value: Any) -> None:
+    """Check one option's type and range."""
+    if name in CHOICES:
+        if value not in CHOICES[name]:
+            allowed = ", ".join(f'"{choice}"' for choice in CHOICES[name])
+            raise InputError(f'Option "{name}" is {value!r}: give one of {allowed}.')
+    elif declared.startswith("bool"):
+        if not isinstance(value, bool):
+            raise InputError(f'Option "{name}" is {value!r}: give true or false.')
+    elif declared.startswith("int"):
+        least = 1 if name == "threads" else 0
+        if isinstance(value, bool) or not isinstance(value, int) or value < least:
+            raise InputError(f'Option "{name}" is {value!r}: give a whole number of at least {least}.')
+    elif declared.startswith("float"):
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number or not math.isfinite(value) or value <= 0:
+            raise InputError(f'Option "{name}" is {value!r}: give a number above 0.')
+    elif not isinstance(value, str) or not value:
+        raise InputError(f'Option "{name}" is {value!r}: give a text that is not empty.')

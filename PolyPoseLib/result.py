@@ -1,0 +1,120 @@
+"""What a registration found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from PolyPoseLib.errors import InputError
+
+if TYPE_CHECKING:
+    from PolyPoseLib.imaging.volume import Volume
+    from PolyPoseLib.warp.field import DisplacementField
+
+
+@dataclass(frozen=True)
+class StructureResult:
+    """The rigid motion of one structure.
+
+    fixed_to_moving: (4, 4), a point of the patient at the time of the X-rays to the CT, LPS mm.
+    rotation_deg, axis: angle in degrees and unit axis (3,) of the motion from the CT to the X-rays' posture.
+    translation_mm: (3,) displacement of the structure's centroid from the CT to the X-rays' posture.
+    uncertainty: 95 % intervals in mm and degrees, or None when they were not computed.
+    """
+
+    fixed_to_moving: np.ndarray
+    rotation_deg: float
+    translation_mm: np.ndarray
+    axis: np.ndarray
+    uncertainty: Mapping[str, Any] | None = None
+
+    @classmethod
+    def from_pose(
+        cls, fixed_to_moving: np.ndarray, centroid: np.ndarray, uncertainty: Mapping[str, Any] | None = None
+    ) -> StructureResult:
+        """From the pose (4, 4) and the structure's centroid (3,) in the CT, LPS mm."""
+        pose = np.asarray(fixed_to_moving, dtype=np.float64)
+        motion = np.linalg.inv(pose)
+        centroid = np.asarray(centroid, dtype=np.float64)
+        from scipy.spatial.transform import Rotation
+
+        vector = Rotation.from_matrix(motion[:3, :3]).as_rotvec()
+        angle = float(np.linalg.norm(vector))
+        axis = vector / angle if angle > 1e-12 else np.array([0.0, 0.0, 1.0])
+        shift = motion[:3, :3] @ centroid + motion[:3, 3] - centroid
+        return cls(pose, float(np.degrees(angle)), shift, axis, uncertainty)
+
+
+@dataclass(frozen=True)
+class CameraResult:
+    """The camera of one X-ray as it was found.
+
+    intrinsics: (3, 3) in pixels of the X-ray as given.
+    extrinsic: (4, 4), world (LPS mm) to camera.
+    height, width: of the X-ray in pixels.
+    similarity: final, in [-1, 1].
+    """
+
+    intrinsics: np.ndarray
+    extrinsic: np.ndarray
+    height: int
+    width: int
+    similarity: float
+    name: str = ""
+
+
+@dataclass
+class Result:
+    """Everything that a registration gives back.
+
+    history: one object per iteration: stage, iteration, similarity, and seconds when known.
+    seconds: per stage.
+    distrust: reasons why the result must not be trusted; empty when it may be.
+    warped_ct, warped_labels: HU (-1000 outside) and labels in the fixed frame, on the CT's grid.
+    transform: displacements fixed to moving.
+    renderings_before, renderings_after, xray_images: one (H, W) image per view, line integrals.
+    """
+
+    structures: dict[str, StructureResult]
+    cameras: list[CameraResult]
+    history: list[dict[str, Any]]
+    seconds: dict[str, float]
+    device: str
+    versions: dict[str, str]
+    warnings: list[str]
+    warped_ct: Volume
+    warped_labels: Volume
+    transform: DisplacementField
+    renderings_after: list[np.ndarray]
+    renderings_before: list[np.ndarray] = field(default_factory=list)
+    xray_images: list[np.ndarray] = field(default_factory=list)
+    xray_masks: list[np.ndarray] = field(default_factory=list)
+    distrust: tuple[str, ...] = ()
+
+    @property
+    def trusted(self) -> bool:
+        """Whether nothing speaks against the result."""
+        return not self.distrust
+
+    def save(self, folder: str | Path, overwrite: bool = False) -> Path:
+        """Write the result folder, all of it or nothing; raises InputError when it cannot be written.
+
+        A folder that exists must be empty, or hold an earlier result and overwrite be true.
+        """
+        from PolyPoseLib.result_files import save_result
+
+        return save_result(self, Path(folder), overwrite)
+
+
+def load_result(folder: str | Path) -> Result:
+    """Read a result folder; raises InputError naming the file that is missing or wrong."""
+    from PolyPoseLib.result_files import read_result
+
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError(f"{folder}: there is no such folder; give the --output of a finished registration.")
+    return read_result(folder)

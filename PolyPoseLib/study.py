@@ -1,0 +1,146 @@
+"""A study: one CT, its structures, and the X-rays to which it is registered."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.imaging.segmentation import Segmentation, read_segmentation
+from PolyPoseLib.imaging.structures import Structures, build_structures
+from PolyPoseLib.imaging.volume import Volume, odd_hounsfield_values, read_ct
+from PolyPoseLib.options import Options
+
+if TYPE_CHECKING:
+    from PolyPoseLib.imaging.xray import Xray
+
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Study:
+    """Everything that a registration needs; a study that exists is valid.
+
+    ct: Hounsfield units.
+    structures: on the CT's grid.
+    anchor: the structure that defines the cameras; it does not move.
+    xrays: at least one.
+    options: as in the file; Options.from_dict(study.options) gives them with their defaults.
+    warnings: what was odd but not wrong.
+    source_segmentation: the whole label map on the CT's grid (warped with the CT), or None when the
+    segmentation
+    has overlapping layers, which one label map cannot hold.
+    """
+
+    ct: Volume
+    structures: Structures
+    anchor: str
+    xrays: tuple[Xray, ...]
+    options: Mapping[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    source_segmentation: Volume | None = None
+
+    def __post_init__(self) -> None:
+        """Check that the parts fit together; raises InputError."""
+        object.__setattr__(self, "xrays", tuple(self.xrays))
+        object.__setattr__(self, "warnings", tuple(self.warnings))
+        if not self.xrays:
+            raise InputError(
+                "A study needs at least one X-ray: add one, or better two from different directions."
+            )
+        if self.structures.labels.shape != self.ct.shape:
+            raise InputError(
+                f"The structures have {self.structures.labels.shape} voxels but the CT has {self.ct.shape}: "
+                "resample the labels onto the CT's grid."
+            )
+        self.structures.index(self.anchor)
+        if not np.isfinite(self.ct.voxels).all():
+            raise InputError("The CT holds NaN or infinite voxels: replace them by -1000, the value of air.")
+        if self.source_segmentation is not None and self.source_segmentation.shape != self.ct.shape:
+            raise InputError(
+                "The source segmentation is on another grid than the CT: resample it onto the CT's."
+            )
+        options = self.options
+        Options.from_dict(options)
+        object.__setattr__(
+            self, "options", options.to_dict() if isinstance(options, Options) else dict(options)
+        )
+
+    @classmethod
+    def load(cls, path: str | Path, allow_outside: bool = False) -> Study:
+        """Read a study file and everything that it names.
+
+        Raises InputError: one sentence that names the file, the field and the mend, for whatever is wrong.
+        Files outside the study's folder are read only with allow_outside.
+        """
+        from PolyPoseLib import study_paths, study_schema
+
+        path = Path(path)
+        fields = study_schema.read(path)
+        folder = path.resolve().parent
+        try:
+            ct_path = study_paths.resolve(fields["ct"], "ct", folder, allow_outside)
+            labels_path = study_paths.resolve(fields["segmentation"], "segmentation", folder, allow_outside)
+            image_paths = [
+                study_paths.resolve(xray["image"], f'xrays"[{number}]."image', folder, allow_outside)
+                for number, xray in enumerate(fields["xrays"])
+            ]
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
+        xrays = tuple(
+            _read_xray(image, entry, f'{path}: "xrays"[{number}]')
+            for number, (image, entry) in enumerate(zip(image_paths, fields["xrays"], strict=True))
+        )
+        ct = read_ct(ct_path, fields.get("ct_series"))
+        segmentation = read_segmentation(labels_path)
+        try:
+            structures, odd_structures = build_structures(
+                segmentation, fields["structures"], ct, fields.get("label_table")
+            )
+        except InputError as error:
+            raise InputError(f'{path}: "structures": {error}') from error
+        warnings = (*odd_hounsfield_values(ct, fields["ct"]), *odd_structures, *_odd_xrays(xrays))
+        for warning in warnings:
+            _LOG.warning(warning)
+        return cls(
+            ct=ct,
+            structures=structures,
+            anchor=fields["anchor"],
+            xrays=xrays,
+            options=fields.get("options") or {},
+            warnings=warnings,
+            source_segmentation=_whole_label_map(segmentation, ct),
+        )
+
+
+def _read_xray(path: Path, fields: Mapping[str, Any], where: str) -> Xray:
+    """Read one X-ray and log where its numbers come from."""
+    from PolyPoseLib.imaging.xray import read_xray
+
+    try:
+        xray = read_xray(path, fields=dict(fields), frame=fields.get("frame"))
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
+    for line in xray.provenance:
+        _LOG.info("%s: %s", xray.name or path.name, line)
+    return xray
+
+
+def _odd_xrays(xrays: tuple[Xray, ...]) -> tuple[str, ...]:
+    """The X-rays' own warnings, and one about a single view."""
+    warnings = [
+        f"{xray.name}: {warning}" if xray.name else warning for xray in xrays for warning in xray.warnings
+    ]
+    if len(xrays) == 1:
+        warnings.append("There is one X-ray only: how far a structure moved along its rays is poorly known.")
+    return tuple(warnings)
+
+
+def _whole_label_map(segmentation: Segmentation, ct: Volume) -> Volume | None:
+    """The segmentation's one layer on the CT's grid."""
+    return None if segmentation.has_layers else segmentation.on_grid(0, ct)
