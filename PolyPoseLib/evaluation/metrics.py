@@ -1,0 +1,226 @@
+"""How well two masks, two motions, or a warp and the truth agree; every measure states its unit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.camera import Camera, rigid_inverse
+
+PointMap = Callable[[np.ndarray], np.ndarray]
+"""Takes points (N, 3) in LPS mm to points (N, 3) in LPS mm."""
+
+
+def dice(first: np.ndarray, second: np.ndarray) -> float:
+    """Dice coefficient of two masks of equal shape, 0 to 1 (no unit); NaN when both are empty.
+
+    2 |A and B| / (|A| + |B|) (L. Dice, Ecology 1945). Any number of dimensions: 3D for label maps, 2D for
+    silhouettes. Raises InputError when the shapes differ.
+    """
+    first, second = _same_shape(first, second)
+    total = int(np.count_nonzero(first)) + int(np.count_nonzero(second))
+    return 2 * int(np.count_nonzero(first & second)) / total if total else float("nan")
+
+
+def dice_per_label(first: np.ndarray, second: np.ndarray, names: Mapping[int, str]) -> dict[str, float]:
+    """Dice coefficient (0 to 1) of each label of two label maps; names: {label: name}."""
+    return {name: dice(first == label, second == label) for label, name in names.items()}
+
+
+def silhouette_dice(first: np.ndarray, second: np.ndarray, thickness_mm: float = 1.0) -> float:
+    """2D Dice coefficient (0 to 1) of two projections of one structure.
+
+    first, second: (H, W) lengths in mm that the ray of each pixel runs inside the structure (a rendering of
+    its mask); pixels with at least thickness_mm are its silhouette.
+    """
+    return dice(np.asarray(first) >= thickness_mm, np.asarray(second) >= thickness_mm)
+
+
+def hausdorff95(first: np.ndarray, second: np.ndarray, affine: np.ndarray) -> float:
+    """95th percentile Hausdorff distance of two masks in mm; NaN when one of them is empty.
+
+    The larger of the two directed 95th percentiles of distances between surface voxels' centres; a surface
+    voxel has a face neighbour outside the mask or the grid. first, second: (k, j, i) masks on one grid;
+    affine: (4, 4) index (i, j, k) to LPS mm. Raises InputError when the shapes differ.
+    """
+    from scipy.spatial import cKDTree
+
+    first, second = _same_shape(first, second)
+    surfaces = [surface_points(mask, affine) for mask in (first, second)]
+    if not all(len(surface) for surface in surfaces):
+        return float("nan")
+    there, _ = cKDTree(surfaces[1]).query(surfaces[0])
+    back, _ = cKDTree(surfaces[0]).query(surfaces[1])
+    return float(max(np.percentile(there, 95), np.percentile(back, 95)))
+
+
+def surface_points(mask: np.ndarray, affine: np.ndarray) -> np.ndarray:
+    """Centres (N, 3) in LPS mm of a mask's (k, j, i) voxels that have a face neighbour outside it."""
+    from scipy.ndimage import binary_erosion
+
+    box = bounding_box(mask)
+    if box is None:
+        return np.zeros((0, 3))
+    inside = np.asarray(mask[box], dtype=bool)
+    surface = inside & ~binary_erosion(inside)
+    index = np.argwhere(surface) + [side.start for side in box]
+    return index[:, ::-1] @ affine[:3, :3].T + affine[:3, 3]
+
+
+def bounding_box(mask: np.ndarray) -> tuple[slice, ...] | None:
+    """Smallest box of slices that holds a mask of any dimension; None when it is empty."""
+    box = []
+    for axis in range(mask.ndim):
+        others = tuple(a for a in range(mask.ndim) if a != axis)
+        filled = np.flatnonzero(mask.any(axis=others))
+        if not len(filled):
+            return None
+        box.append(slice(int(filled[0]), int(filled[-1]) + 1))
+    return tuple(box)
+
+
+def mask_points(mask: np.ndarray, affine: np.ndarray, limit: int | None = None, seed: int = 0) -> np.ndarray:
+    """Centres (N, 3) in LPS mm of a mask's voxels (k, j, i), at most limit of them drawn without repetition."""
+    flat = np.flatnonzero(mask)
+    if limit is not None and len(flat) > limit:
+        flat = np.random.default_rng(seed).choice(flat, limit, replace=False)
+    index = np.stack(np.unravel_index(flat, mask.shape)[::-1], axis=1)
+    return index @ affine[:3, :3].T + affine[:3, 3]
+
+
+def target_registration_error(
+    points: np.ndarray, truth: ArrayLike | PointMap, found: ArrayLike | PointMap
+) -> np.ndarray:
+    """Distance in mm between where the truth and the found map take each point (Fitzpatrick, TMI 1998).
+
+    points: (N, 3) fixed LPS mm; truth, found: (4, 4) motions or functions from (N, 3) to (N, 3), fixed to
+    moving. Returns (N,). Take points at the structure's true place (see structure_errors).
+    """
+    points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+    return np.linalg.norm(_apply(truth, points) - _apply(found, points), axis=1)
+
+
+def structure_errors(
+    labels: np.ndarray,
+    affine: np.ndarray,
+    names: tuple[str, ...],
+    truth: ArrayLike,
+    found: ArrayLike | PointMap,
+    limit: int | None = 20_000,
+) -> dict[str, dict[str, float]]:
+    """Target registration error of every structure over its voxels, in mm.
+
+    labels: (k, j, i), n belongs to names[n-1], in the moving frame; affine: (4, 4) to LPS mm.
+    truth: (K, 4, 4) true motions, fixed to moving: the structure's voxels lie at truth^-1 in the fixed frame.
+    found: (K, 4, 4) motions, or one function from fixed (N, 3) to moving (N, 3), such as a displacement field.
+    limit: voxels per structure that are looked at (drawn with a fixed seed); None for all.
+    Returns {name: {"mean", "p95", "max"}}; NaN for a structure without voxels.
+    """
+    truth = np.asarray(truth, dtype=np.float64)
+    maps = [found] * len(names) if callable(found) else list(np.asarray(found, dtype=np.float64))
+    if len(truth) != len(names) or len(maps) != len(names):
+        raise InputError(
+            f"There are {len(names)} structures, {len(truth)} true and {len(maps)} found motions: "
+            "give one 4x4 matrix for each structure."
+        )
+    errors = {}
+    for n, name in enumerate(names):
+        moving = mask_points(labels == n + 1, affine, limit)
+        fixed = _apply(rigid_inverse(truth[n]), moving)
+        errors[name] = summary(target_registration_error(fixed, truth[n], maps[n]))
+    return errors
+
+
+def summary(errors: np.ndarray) -> dict[str, float]:
+    """Mean, 95th percentile and maximum of errors (N,), in their unit; NaN when there are none."""
+    if not len(errors):
+        return dict.fromkeys(("mean", "p95", "max"), float("nan"))
+    return {
+        "mean": float(np.mean(errors)),
+        "p95": float(np.percentile(errors, 95)),
+        "max": float(np.max(errors)),
+    }
+
+
+def fold_percentage(determinant: np.ndarray) -> float:
+    """Share of voxels whose Jacobian determinant is 0 or less, in percent.
+
+    determinant: any shape, of the warp fixed to moving (no unit). A determinant that is not finite counts.
+    """
+    determinant = np.asarray(determinant)
+    return 100.0 * float(np.count_nonzero(~(determinant > 0))) / max(determinant.size, 1)
+
+
+def sd_log_jacobian(determinant: np.ndarray) -> float:
+    """Standard deviation of ln |J| over voxels with a determinant above 0 (no unit; 0 for a rigid motion).
+
+    Folded voxels have no logarithm: they are left out here and counted by fold_percentage.
+    """
+    determinant = np.asarray(determinant, dtype=np.float64)
+    kept = determinant[determinant > 0]
+    return float(np.std(np.log(kept))) if kept.size else float("nan")
+
+
+def projection_error_mm(
+    points: np.ndarray,
+    truth: Camera,
+    found: Camera | None = None,
+    found_points: np.ndarray | None = None,
+    scale: Literal["structure", "detector"] = "structure",
+    pixel_spacing_mm: tuple[float, float] | None = None,
+) -> np.ndarray:
+    """Distance in mm between the projections of points under the true and the found camera or place.
+
+    points: (N, 3) true fixed LPS mm. truth: the true camera. found: the found one (None: the same camera).
+    found_points: (N, 3) where the found registration has those points (None: the same points).
+    scale: "structure" measures in the plane through each true point parallel to the detector (pixels times
+    depth over focal length); "detector" on the detector, where pixel_spacing_mm (between rows, between
+    columns; DICOM's order) is needed.
+    Returns (N,); NaN for a point behind a source. Raises InputError for "detector" without pixel_spacing_mm.
+    """
+    points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+    other = points if found_points is None else np.asarray(found_points, dtype=np.float64).reshape(-1, 3)
+    camera = truth if found is None else found
+    if len(other) != len(points):
+        raise InputError(f"There are {len(points)} points and {len(other)} found points; give one for each.")
+    if scale == "structure":
+        per_pixel = truth.depth(points)[:, None] / np.array([truth.intrinsics[0, 0], truth.intrinsics[1, 1]])
+    elif scale == "detector":
+        if pixel_spacing_mm is None:
+            raise InputError(
+                "The error on the detector needs pixel_spacing_mm, (between rows, columns) in mm."
+            )
+        per_pixel = np.array([pixel_spacing_mm[1], pixel_spacing_mm[0]], dtype=np.float64)
+    else:
+        raise InputError(f"The scale {scale!r} is not known; choose 'structure' or 'detector'.")
+    error = np.full(len(points), np.nan)
+    seen = (truth.depth(points) > 0) & (camera.depth(other) > 0)
+    if seen.any():
+        offset = truth.project(points[seen]) - camera.project(other[seen])
+        error[seen] = np.linalg.norm(offset * np.broadcast_to(per_pixel, (len(points), 2))[seen], axis=1)
+    return error
+
+
+def _apply(motion: ArrayLike | PointMap, points: np.ndarray) -> np.ndarray:
+    """Points (N, 3) under a (4, 4) motion or a function."""
+    if callable(motion):
+        return np.asarray(motion(points), dtype=np.float64)
+    matrix = np.asarray(motion, dtype=np.float64)
+    if matrix.shape != (4, 4):
+        raise InputError(
+            f"A motion of shape {matrix.shape} cannot move points: give a 4x4 matrix or a function."
+        )
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def _same_shape(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    first, second = np.asarray(first, dtype=bool), np.asarray(second, dtype=bool)
+    if first.shape != second.shape:
+        raise InputError(
+            f"Masks of shape {first.shape} and {second.shape} cannot be compared: resample one onto the other."
+        )
+    return first, second

@@ -1,0 +1,235 @@
+"""A CT taken apart into bones and filled soft tissue, and put together again in another posture.
+
+A smooth warp tears where bones touch in the CT and part later: whatever lies between them is stretched from bone.
+Composition avoids that. The bones are taken out of the CT and their places are filled in from the soft tissue
+around; the filled CT follows the smooth warp; and every bone, with the rim of voxels that it shares with its
+surroundings, is resampled rigidly and laid over it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.evaluation.metrics import bounding_box
+from PolyPoseLib.geometry.camera import require_rigid, rigid_inverse
+from PolyPoseLib.imaging.structures import Structures
+from PolyPoseLib.imaging.volume import Volume
+from PolyPoseLib.warp.dense import AnyWarp, flat_points, vote, warp_labels, warp_volume
+from PolyPoseLib.warp.infill import fill_harmonic
+
+RIM_VOXELS = 1
+"""Labels are grown by so many voxels, because a bone's outermost voxels are partly soft tissue."""
+
+BRIGHT_HU = 150.0
+"""Voxels at least this dense that touch a grown label belong to the bone: labels often miss its cortex."""
+
+BRIGHT_REACH_MM = 3.0
+"""How far beyond its label a bone may take such voxels."""
+
+
+def grow_regions(
+    ct_voxels: np.ndarray, labels: np.ndarray, spacing: np.ndarray, rim_voxels: int = RIM_VOXELS
+) -> np.ndarray:
+    """Labels with the rim that each structure shares with its surroundings, int16 (k, j, i).
+
+    Every structure grows by rim_voxels (neighbours by a corner included), then along bright voxels (BRIGHT_HU)
+    connected to it, up to BRIGHT_REACH_MM. Labelled voxels keep their label; where two structures want the same
+    voxel the nearer one gets it.
+    ct_voxels: (k, j, i) HU; labels: (k, j, i), 0 is background; spacing: (3,) mm along (i, j, k).
+    """
+    from scipy.ndimage import binary_dilation, binary_propagation, distance_transform_edt, find_objects
+
+    _require_same_shape(ct_voxels, labels)
+    sampling = np.asarray(spacing, dtype=np.float64)[::-1]
+    pad = np.maximum(np.ceil(BRIGHT_REACH_MM / sampling).astype(int), rim_voxels) + 1
+    grown = np.array(labels, dtype=np.int16)
+    nearest = np.full(labels.shape, np.inf, dtype=np.float16)
+    for n, tight in enumerate(find_objects(grown), start=1):
+        if tight is None:
+            continue
+        box = tuple(
+            slice(max(s.start - p, 0), min(s.stop + p, size))
+            for s, p, size in zip(tight, pad, labels.shape, strict=True)
+        )
+        mask = labels[box] == n
+        free = labels[box] == 0
+        distance = distance_transform_edt(~mask, sampling=sampling)
+        rim = binary_dilation(mask, np.ones((3, 3, 3)), iterations=rim_voxels) if rim_voxels else mask
+        bright = (ct_voxels[box] >= BRIGHT_HU) & (distance <= BRIGHT_REACH_MM) & free
+        taken = binary_propagation(rim, mask=rim | bright) & free & (distance < nearest[box])
+        grown[box][taken] = n
+        nearest[box][taken] = distance[taken]
+    return grown
+
+
+def fill_structures(
+    ct_voxels: np.ndarray, mask: np.ndarray, spacing: np.ndarray, grow: bool = True
+) -> np.ndarray:
+    """A CT without its bones: the structures' places filled in harmonically from the soft tissue around.
+
+    ct_voxels: (k, j, i) HU. mask: (k, j, i), voxels of any structure (bool or labels). spacing: (3,) mm along
+    (i, j, k). grow: first grow the mask by its rim (see grow_regions), so that no halo stays; False when it was
+    grown already. Voxels brighter than BRIGHT_HU outside the mask (other bones, metal) stay as they are and
+    bring nothing into the filling. Returns (k, j, i) float32 HU, equal to the CT outside the grown mask.
+    Raises InputError when the shapes differ.
+    """
+    _require_same_shape(ct_voxels, mask)
+    region = mask != 0
+    if grow:
+        region = grow_regions(ct_voxels, region.astype(np.int16), spacing) > 0
+    filled = np.array(ct_voxels, dtype=np.float32)
+    box = bounding_box(region)
+    if box is None:
+        return filled
+    wide = tuple(slice(max(s.start - 2, 0), s.stop + 2) for s in box)
+    values, wanted = filled[wide], region[wide]
+    filled[wide] = fill_harmonic(values, wanted, (values >= BRIGHT_HU) & ~wanted, spacing)
+    return filled
+
+
+def compose_warped_ct(
+    ct: Volume,
+    structures: Structures,
+    poses: ArrayLike,
+    warp: AnyWarp,
+    reference: Volume | None = None,
+) -> Volume:
+    """The CT in the fixed frame with every bone exactly rigid and no stretched bone between them.
+
+    ct: moving, HU. structures: on the CT's grid. poses: (K, 4, 4) fixed to moving, rigid. warp: fixed to
+    moving, for the soft tissue. reference: gives the fixed grid; None takes the CT's own. Returns float32 HU,
+    -1000 outside. Each bone covers the soft tissue by its region's mask, trilinear; where two bones overlap
+    they share. With all motions at rest the result is the CT itself.
+    Raises InputError for poses that are not rigid or do not fit the structures.
+    """
+    _require_same_shape(ct.voxels, structures.labels)
+    motions = _rigid_poses(poses, structures.names)
+    regions = grow_regions(ct.voxels, structures.labels, ct.spacing)
+    filled = fill_structures(ct.voxels, regions, ct.spacing, grow=False)
+    out = warp_volume(Volume(filled, ct.affine), warp, reference)
+    cover = np.zeros(out.shape, dtype=np.float32)
+    bones = np.zeros(out.shape, dtype=np.float32)
+    for piece in _pieces(regions, Volume(ct.voxels, ct.affine), motions, out):
+        inside = regions[piece.moving] == piece.label
+        values = np.where(inside, ct.voxels[piece.moving], filled[piece.moving]).astype(np.float32)
+        alpha = piece.resample(inside.astype(np.float32), 0.0)
+        cover[piece.fixed] += alpha
+        bones[piece.fixed] += alpha * piece.resample(values, 0.0)
+    np.divide(bones, cover, out=bones, where=cover > 1)
+    np.minimum(cover, 1, out=cover)
+    cover -= 1
+    out.voxels[...] *= -cover
+    out.voxels[...] += bones
+    return out
+
+
+def compose_warped_labels(
+    labels: Volume,
+    structures: Structures,
+    poses: ArrayLike,
+    warp: AnyWarp,
+    reference: Volume | None = None,
+) -> Volume:
+    """A label map in the fixed frame that fits compose_warped_ct: bones moved rigidly, all else by the warp.
+
+    labels: moving, whole numbers, on the structures' grid (a source segmentation with its own numbers, or the
+    structures' labels). The other arguments are those of compose_warped_ct. Borders lie where the labels' masks,
+    interpolated, are largest. Raises InputError as compose_warped_ct does.
+    """
+    _require_same_shape(labels.voxels, structures.labels)
+    motions = _rigid_poses(poses, structures.names)
+    soft = labels.with_voxels(np.where(structures.labels > 0, 0, labels.voxels).astype(labels.voxels.dtype))
+    out = warp_labels(soft, warp, reference)
+    for piece in _pieces(structures.labels, labels, motions, out):
+        own = structures.labels[piece.moving] == piece.label
+        found = piece.vote(np.where(own, labels.voxels[piece.moving], 0).astype(labels.voxels.dtype))
+        target = out.voxels[piece.fixed]
+        target[found != 0] = found[found != 0]
+    return out
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """One structure's box in the moving and in the fixed grid, and the affine between their indices.
+
+    label: n of the structure; moving, fixed: slices (k, j, i); to_moving: (4, 4) index (i, j, k) inside the fixed
+    box to index inside the moving box.
+    """
+
+    label: int
+    moving: tuple[slice, ...]
+    fixed: tuple[slice, ...]
+    to_moving: np.ndarray
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Voxels (k, j, i) of the fixed box."""
+        return tuple(s.stop - s.start for s in self.fixed)
+
+    def resample(self, values: np.ndarray, outside: float) -> np.ndarray:
+        """Values (k, j, i) of the moving box on the fixed box, trilinear."""
+        import SimpleITK as sitk
+
+        transform = sitk.AffineTransform(3)
+        transform.SetMatrix(self.to_moving[:3, :3].ravel().tolist())
+        transform.SetTranslation(self.to_moving[:3, 3].tolist())
+        size = [int(n) for n in self.shape[::-1]]
+        image = sitk.GetImageFromArray(values)
+        return sitk.GetArrayFromImage(
+            sitk.Resample(image, size, transform, sitk.sitkLinear, defaultPixelValue=outside)
+        )
+
+    def vote(self, labels: np.ndarray) -> np.ndarray:
+        """Labels (k, j, i) of the moving box on the fixed box, by the largest trilinear weight."""
+        index = flat_points(self.to_moving, self.shape, 0, int(np.prod(self.shape)))
+        return vote(labels, index).reshape(self.shape)
+
+
+def _pieces(labels: np.ndarray, moving: Volume, motions: np.ndarray, fixed: Volume) -> Iterator[_Piece]:
+    """The boxes of all structures that reach the fixed grid, each with one voxel of border."""
+    from scipy.ndimage import find_objects
+
+    limit = np.array(fixed.shape[::-1])
+    for n, tight in enumerate(find_objects(labels), start=1):
+        if tight is None:
+            continue
+        box = tuple(
+            slice(max(s.start - 1, 0), min(s.stop + 1, size))
+            for s, size in zip(tight, labels.shape, strict=True)
+        )
+        first = np.array([s.start for s in box[::-1]], dtype=np.float64)
+        last = np.array([s.stop - 1 for s in box[::-1]], dtype=np.float64)
+        corners = np.stack(np.meshgrid(*zip(first, last, strict=True), indexing="ij"), axis=-1).reshape(8, 3)
+        back = rigid_inverse(motions[n - 1])
+        places = fixed.to_index(moving.to_world(corners) @ back[:3, :3].T + back[:3, 3])
+        low = np.clip(np.floor(places.min(axis=0)).astype(int), 0, limit)
+        high = np.clip(np.ceil(places.max(axis=0)).astype(int) + 1, 0, limit)
+        if (high <= low).any():
+            continue
+        to_moving = np.linalg.inv(moving.affine) @ motions[n - 1] @ fixed.affine
+        to_moving[:3, 3] += to_moving[:3, :3] @ low - first
+        window = tuple(slice(int(a), int(b)) for a, b in zip(low[::-1], high[::-1], strict=True))
+        yield _Piece(n, box, window, to_moving)
+
+
+def _rigid_poses(poses: ArrayLike, names: tuple[str, ...]) -> np.ndarray:
+    """Poses (K, 4, 4) checked, one for each name."""
+    motions = np.asarray(poses, dtype=np.float64)
+    if motions.shape != (len(names), 4, 4):
+        raise InputError(
+            f"There are {len(names)} structures but poses of shape {motions.shape}: give one 4x4 each."
+        )
+    return np.stack([require_rigid(m, f"the motion of '{n}'") for m, n in zip(motions, names, strict=True)])
+
+
+def _require_same_shape(voxels: np.ndarray, labels: np.ndarray) -> None:
+    """Refuse labels that are not on the voxels' grid."""
+    if voxels.shape != labels.shape:
+        raise InputError(
+            f"The CT has {voxels.shape} voxels and the structures {labels.shape}: resample the labels onto the CT."
+        )
