@@ -38,8 +38,8 @@ def resolve(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
         for part in _files_behind(target):
             if not _is_inside(part.resolve(), folder):
                 raise InputError(
-                    f'"{field}" names "{name}", which reads "{part.name}" outside the study\'s folder: move that '
-                    "into the folder, or allow it with --allow-outside."
+                    f'"{field}" names "{name}", which reads "{part.name}" outside the study\'s folder: '
+                    "move that into the folder, or allow it with --allow-outside."
                 )
     return target
 

@@ -134,7 +134,7 @@ class Volume:
 def hounsfield_to_attenuation(hu: np.ndarray) -> np.ndarray:
     """Linear attenuation in 1/mm, float32 of the same shape, from Hounsfield units.
 
-    mu = mu_water (1 + HU / 1000), which defines the Hounsfield unit (DICOM C.11.1.1.2); zero at and below air.
+    mu = mu_water (1 + HU / 1000), the definition of the unit (DICOM C.11.1.1.2); 0 at and below air.
     """
     mu = np.array(hu, dtype=np.float32)
     mu -= np.float32(AIR_HU)
