@@ -41,7 +41,22 @@ MAX_OVERLAP = 0.03
 """Largest share of a bone's voxels that may lie inside another moved bone."""
 
 _WORDS = (
-    ("limb", ("femur", "humerus", "tibia", "fibula", "ulna", "radius", "patella")),
+    (
+        "limb",
+        (
+            "femur",
+            "humerus",
+            "leg",
+            "forearm",
+            "tibia",
+            "fibula",
+            "ulna",
+            "radius",
+            "patella",
+            "hand",
+            "foot",
+        ),
+    ),
     ("girdle", ("clavic", "scapula")),
     ("rib", ("rib_", "ribs")),
     ("spine", ("vertebra", "lumbar", "thoracic", "cervical", "spine")),
@@ -51,8 +66,13 @@ _PARENT_WORDS = {
     "humerus": ("scapula", "clavic"),
     "scapula": ("clavic",),
     "tibia": ("femur",),
+    "leg": ("femur",),
+    "patella": ("femur",),
+    "foot": ("leg", "tibia"),
     "ulna": ("humerus",),
     "radius": ("humerus",),
+    "forearm": ("humerus",),
+    "hand": ("forearm", "radius"),
 }
 _MAX_POINTS = 20_000
 _CONTACT_BAND_MM = 5.0
@@ -86,7 +106,7 @@ def bone_kind(name: str) -> str:
 
 
 def rigid_about(centre: np.ndarray, rotation_vector: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """The motion x -> R (x - centre) + centre + shift, (4, 4); rotation_vector (3,) rad, the others (3,) mm."""
+    """The motion x -> R (x - centre) + centre + shift, (4, 4); rotation_vector (3,) rad, others (3,) mm."""
     motion = np.eye(4)
     motion[:3, :3] = Rotation.from_rotvec(rotation_vector).as_matrix()
     motion[:3, 3] = centre + shift - motion[:3, :3] @ centre

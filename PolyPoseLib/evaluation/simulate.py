@@ -83,6 +83,7 @@ class SimulatedCase:
     fixed_ct: Volume
     fixed_labels: Volume
     field: DisplacementField
+    source_labels: Volume | None
     fixed_source_labels: Volume | None
     joints: dict[str, JointMotion]
     statistics: dict
@@ -156,6 +157,7 @@ def simulate_case(
         fixed_ct=Volume(np.ascontiguousarray(grid.core(posed.hu)), ct.affine),
         fixed_labels=Volume(np.ascontiguousarray(grid.core(posed.labels)), ct.affine),
         field=DisplacementField(np.ascontiguousarray(np.moveaxis(posed.nodes, 0, -1)), grid.node_affine),
+        source_labels=source_labels,
         fixed_source_labels=None
         if posed.source_labels is None
         else Volume(np.ascontiguousarray(grid.core(posed.source_labels)), ct.affine),

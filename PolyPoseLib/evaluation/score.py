@@ -1,0 +1,174 @@
+"""A registration's result against the truth of a simulated case, as one table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.evaluation import metrics
+from PolyPoseLib.evaluation.truth import Truth
+from PolyPoseLib.geometry.camera import Camera, rigid_inverse
+
+if TYPE_CHECKING:
+    from PolyPoseLib.result import CameraResult, Result
+    from PolyPoseLib.warp.field import DisplacementField
+
+_ANCHOR_POINTS = 2000
+_FIELD_POINTS = 200_000
+_BODY_HU = -500.0
+_MINIMUM_ORGAN_VOXELS = 50
+
+
+def score_result(result: Result | str | Path, truth: Truth | str | Path) -> dict[str, Any]:
+    """Score a result against the truth.
+
+    Args:
+        result: a result or the folder that holds one.
+        truth: a truth or the folder that holds one.
+
+    Returns:
+        A table that json can write:
+        "structures" {name: {
+            "tre_mean_mm", "tre_p95_mm", "tre_max_mm": error of the transform over the structure's voxels,
+            "pose_tre_mean_mm", "pose_tre_max_mm": error of the structure's own rigid motion over them,
+            "pose_rotation_deg": angle between the true and the found motion,
+            "rest_tre_mean_mm": the error of doing nothing,
+            "dice": 0 to 1, "hd95_mm": of the warped labels}},
+        "summary" {"mean_tre_mm", "worst_tre_mm" (largest mean), "mean_pose_tre_mm", "worst_pose_tre_mm",
+            "mean_rest_tre_mm", "mean_dice": over all structures but the anchor; "organ_dice": mean over
+            organs; "soft_error_mean_mm": transform against truth in the body outside all structures;
+            "folds_percent", "sd_log_jacobian": of the transform},
+        "cameras" [{"projection_mean_mm", "projection_max_mm": of the anchor's points, in the plane through
+        each,
+            "rotation_deg", "source_mm": distance between the sources}],
+        "organs" {name: Dice}, "seconds", "warnings", "distrust".
+
+    Raises:
+        InputError: a folder is not what it should be, or the result lacks a structure or a camera of the
+        truth.
+
+    """
+    from PolyPoseLib.result import load_result
+
+    truth = truth if isinstance(truth, Truth) else Truth.load(truth)
+    result = load_result(result) if isinstance(result, (str, Path)) else result
+    missing = [name for name in truth.names if name not in result.structures]
+    if missing:
+        raise InputError(
+            f"The result has no structure {missing[0]!r}: score it against the truth of its own study."
+        )
+    if len(result.cameras) != len(truth.cameras):
+        raise InputError(
+            f"The result has {len(result.cameras)} cameras and the truth {len(truth.cameras)}: "
+            "score it against the truth of its own study."
+        )
+    poses = {name: result.structures[name].fixed_to_moving for name in truth.names}
+    table = score_motion(poses, result.transform, truth)
+    table["cameras"] = [
+        camera_errors(true, found, truth) for true, found in zip(truth.cameras, result.cameras, strict=True)
+    ]
+    table["seconds"] = {stage: float(seconds) for stage, seconds in result.seconds.items()}
+    table["warnings"] = list(result.warnings)
+    table["distrust"] = list(result.distrust)
+    return table
+
+
+def score_motion(poses: dict[str, np.ndarray], transform: DisplacementField, truth: Truth) -> dict[str, Any]:
+    """The parts of score_result that need only motions {structure: (4, 4) fixed -> moving} and a transform."""
+    from PolyPoseLib.warp.dense import jacobian_determinant, warp_labels
+
+    labels, names = truth.moving_labels, truth.names
+    true = np.stack([truth.fixed_to_moving[name] for name in names])
+    found = np.stack([poses[name] for name in names])
+    by_warp = metrics.structure_errors(labels.voxels, labels.affine, names, true, transform)
+    by_pose = metrics.structure_errors(labels.voxels, labels.affine, names, true, found)
+    at_rest = metrics.structure_errors(
+        labels.voxels, labels.affine, names, true, np.tile(np.eye(4), (len(names), 1, 1))
+    )
+    warped = warp_labels(labels, transform, method="nearest")
+    structures = {}
+    for n, name in enumerate(names):
+        true_mask, found_mask = truth.fixed_labels.voxels == n + 1, warped.voxels == n + 1
+        structures[name] = {
+            **{f"tre_{kind}_mm": value for kind, value in by_warp[name].items()},
+            **{f"pose_tre_{kind}_mm": value for kind, value in by_pose[name].items()},
+            "pose_rotation_deg": rotation_between_deg(true[n], found[n]),
+            "rest_tre_mean_mm": at_rest[name]["mean"],
+            "dice": metrics.dice(true_mask, found_mask),
+            "hd95_mm": metrics.hausdorff95(true_mask, found_mask, labels.affine),
+        }
+    organs = _organ_dice(transform, truth)
+    determinant = jacobian_determinant(transform)
+    moving = [structures[name] for name in names if name != truth.anchor] or list(structures.values())
+    return {
+        "structures": structures,
+        "organs": organs,
+        "summary": {
+            "mean_tre_mm": _mean(s["tre_mean_mm"] for s in moving),
+            "worst_tre_mm": max(s["tre_mean_mm"] for s in moving),
+            "mean_pose_tre_mm": _mean(s["pose_tre_mean_mm"] for s in moving),
+            "worst_pose_tre_mm": max(s["pose_tre_mean_mm"] for s in moving),
+            "mean_rest_tre_mm": _mean(s["rest_tre_mean_mm"] for s in moving),
+            "mean_dice": _mean(s["dice"] for s in moving),
+            "organ_dice": _mean(organs.values()),
+            "soft_error_mean_mm": _soft_error(transform, truth),
+            "folds_percent": metrics.fold_percentage(determinant),
+            "sd_log_jacobian": metrics.sd_log_jacobian(determinant),
+        },
+    }
+
+
+def camera_errors(true: Camera, found: Camera | CameraResult, truth: Truth) -> dict[str, float]:
+    """How far a found camera is from the true one: mm at the anchor's points, degrees, mm between sources."""
+    if not isinstance(found, Camera):
+        found = Camera(found.intrinsics, found.extrinsic, found.height, found.width)
+    anchor = truth.moving_labels.voxels == truth.names.index(truth.anchor) + 1
+    points = metrics.mask_points(anchor, truth.moving_labels.affine, _ANCHOR_POINTS)
+    error = metrics.projection_error_mm(points, true, found)
+    return {
+        "projection_mean_mm": float(np.nanmean(error)) if np.isfinite(error).any() else float("nan"),
+        "projection_max_mm": float(np.nanmax(error)) if np.isfinite(error).any() else float("nan"),
+        "rotation_deg": rotation_between_deg(true.extrinsic, found.extrinsic),
+        "source_mm": float(np.linalg.norm(true.source - found.source)),
+    }
+
+
+def rotation_between_deg(first: np.ndarray, second: np.ndarray) -> float:
+    """Angle in degrees between the rotations of two rigid motions (4, 4)."""
+    relative = (rigid_inverse(first) @ second)[:3, :3]
+    sine = np.linalg.norm(relative - relative.T) / np.sqrt(8)
+    return float(np.degrees(np.arctan2(sine, (np.trace(relative) - 1) / 2)))
+
+
+def _organ_dice(transform: DisplacementField, truth: Truth) -> dict[str, float]:
+    """Dice of every organ that is large enough to have one."""
+    from PolyPoseLib.warp.dense import warp_labels
+
+    if truth.moving_organs is None or truth.fixed_organs is None:
+        return {}
+    warped = warp_labels(truth.moving_organs, transform, method="nearest").voxels
+    fixed = truth.fixed_organs.voxels
+    large = {
+        number: name
+        for number, name in truth.organ_names.items()
+        if np.count_nonzero(fixed == number) >= _MINIMUM_ORGAN_VOXELS
+    }
+    return metrics.dice_per_label(fixed, warped, large)
+
+
+def _soft_error(transform: DisplacementField, truth: Truth) -> float:
+    """Mean distance in mm between the found and the true transform in the body outside all structures."""
+    soft = (truth.fixed_ct.voxels > _BODY_HU) & (truth.fixed_labels.voxels == 0)
+    points = metrics.mask_points(soft, truth.fixed_ct.affine, _FIELD_POINTS)
+    if not len(points):
+        return float("nan")
+    return float(np.linalg.norm(transform.sample(points) - truth.field.sample(points), axis=1).mean())
+
+
+def _mean(values: Any) -> float:
+    """Mean of numbers, NaN of none."""
+    values = list(values)
+    return float(np.mean(values)) if values else float("nan")
