@@ -77,7 +77,7 @@ def score_result(result: Result | str | Path, truth: Truth | str | Path) -> dict
 
 
 def score_motion(poses: dict[str, np.ndarray], transform: DisplacementField, truth: Truth) -> dict[str, Any]:
-    """The parts of score_result that need only motions {structure: (4, 4) fixed -> moving} and a transform."""
+    """The parts of score_result that need motions {structure: (4, 4) fixed -> moving} and a transform."""
     from PolyPoseLib.warp.dense import jacobian_determinant, warp_labels
 
     labels, names = truth.moving_labels, truth.names
