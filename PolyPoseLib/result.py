@@ -71,6 +71,7 @@ class CameraResult:
 class Result:
     """Everything that a registration gives back.
 
+    anchor: the structure that defines the cameras, "" when it is not known.
     history: one object per iteration: stage, iteration, similarity, and seconds when known.
     seconds: per stage.
     distrust: reasons why the result must not be trusted; empty when it may be.
@@ -94,6 +95,7 @@ class Result:
     xray_images: list[np.ndarray] = field(default_factory=list)
     xray_masks: list[np.ndarray] = field(default_factory=list)
     distrust: tuple[str, ...] = ()
+    anchor: str = ""
 
     @property
     def trusted(self) -> bool:

@@ -103,6 +103,7 @@ def result_fields(result: Result) -> dict[str, Any]:
             "version": VERSION,
             "trusted": result.trusted,
             "distrust": list(result.distrust),
+            "anchor": result.anchor,
             "structures": {
                 name: {
                     "fixed_to_moving": each.fixed_to_moving,
@@ -163,6 +164,7 @@ def read_result(folder: Path) -> Result:
         cameras=cameras,
         history=history,
         distrust=distrust,
+        anchor=str(fields.get("anchor", "")),
         warped_ct=read_volume(folder / "warped_ct.nii.gz"),
         warped_labels=read_volume(folder / "warped_labels.nii.gz"),
         transform=DisplacementField.read_transform(folder / "transform.h5"),
