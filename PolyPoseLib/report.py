@@ -49,14 +49,14 @@ def draw_report(result: Result) -> Figure:
     rows = max(len(result.structures), 1)
     lower = max(_LOWER_INCHES, 0.9 + 0.26 * (rows + 1))
     notes = _notes(result)
-    height = 1.2 + views * (row_inches + 0.25) + lower + 0.2 * len(notes)
+    height = 1.05 + views * (row_inches + 0.08) + lower + 0.2 * len(notes)
     figure = Figure(figsize=(5 * _COLUMN_INCHES + 0.6, height), facecolor=_BACKGROUND)
     FigureCanvasAgg(figure)
-    top = 1 - 0.85 / height
+    top = 1 - 0.95 / height
     middle = (lower + 0.2 * len(notes)) / height
     _draw_header(figure, result, height)
     pictures = figure.add_gridspec(
-        views, 5, left=0.035, right=0.995, top=top - 0.25 / height, bottom=middle + 0.05 / height,
+        views, 5, left=0.035, right=0.995, top=top, bottom=middle + 0.05 / height,
         wspace=0.03, hspace=0.06,
     )  # fmt: skip
     for view in range(views):
@@ -64,7 +64,7 @@ def draw_report(result: Result) -> Figure:
         _draw_view(axes, result, view)
     bottom = figure.add_gridspec(
         1, 2, left=0.055, right=0.985, top=middle - 0.45 / height,
-        bottom=(0.5 + 0.2 * len(notes)) / height, width_ratios=(1, 1.25), wspace=0.12,
+        bottom=(0.6 + 0.2 * len(notes)) / height, width_ratios=(1, 1.35), wspace=0.1,
     )  # fmt: skip
     _draw_similarity(figure.add_subplot(bottom[0, 0]), result)
     _draw_motions(figure.add_subplot(bottom[0, 1]), result)
@@ -130,30 +130,39 @@ def _show(place: Axes, image: np.ndarray | None, mask: np.ndarray | None) -> Non
     if image is None:
         place.text(0.5, 0.5, "not kept", transform=place.transAxes, ha="center", color=_MUTED, fontsize=9)
         return
+    image = _sharpened(image)
     kept = image[mask] if mask is not None and mask.any() else image
-    low, high = np.percentile(kept[np.isfinite(kept)], (1, 99.7))
+    low, high = np.percentile(kept, (1, 99.8))
     place.imshow(image, cmap="gray", vmin=low, vmax=max(high, low + 1e-6), interpolation="bilinear")
+
+
+def _sharpened(image: np.ndarray) -> np.ndarray:
+    """The image with most of its slow variation taken away, as radiography consoles show it."""
+    from scipy.ndimage import gaussian_filter
+
+    image = np.nan_to_num(image)
+    return image - 0.75 * gaussian_filter(image, max(image.shape) / 12)
 
 
 def _draw_header(figure: Figure, result: Result, height: float) -> None:
     """Title, verdict and how the result came about."""
-    figure.text(0.035, 1 - 0.16 / height, "PolyPose", fontsize=16, weight="bold", color=_INK, va="top")
+    figure.text(0.035, 1 - 0.14 / height, "PolyPose", fontsize=17, weight="bold", color=_INK, va="top")
     verdict, colour = (
         ("no sign of failure; judge the overlays yourself", _GOOD)
         if result.trusted
         else ("NOT TO BE TRUSTED: " + "; ".join(result.distrust), _BAD)
     )
     verdict = textwrap.shorten(verdict, 130, placeholder=" ...")
-    figure.text(0.115, 1 - 0.19 / height, verdict, fontsize=11, weight="bold", color=colour, va="top")
+    figure.text(0.13, 1 - 0.17 / height, verdict, fontsize=11, weight="bold", color=colour, va="top")
     total = sum(result.seconds.values())
     origin = (
         f"{len(result.cameras)} views, {len(result.structures)} structures, {total:.0f} s on {result.device}"
     )
     version = result.versions.get("polypose", "")
     origin += f", PolyPose {version}" if version else ""
-    figure.text(0.115, 1 - 0.46 / height, origin, fontsize=9, color=_MUTED, va="top")
+    figure.text(0.13, 1 - 0.44 / height, origin, fontsize=9, color=_MUTED, va="top")
     key = "overlays: magenta = X-ray only, green = CT only, grey = both agree (contrast flattened)"
-    figure.text(0.995, 1 - 0.46 / height, key, fontsize=9, color=_MUTED, va="top", ha="right")
+    figure.text(0.995, 1 - 0.44 / height, key, fontsize=9, color=_MUTED, va="top", ha="right")
 
 
 def _draw_similarity(axes: Axes, result: Result) -> None:
@@ -192,7 +201,7 @@ def _draw_motions(axes: Axes, result: Result) -> None:
     axes.set_axis_off()
     axes.set_title("Motion from the CT to the X-rays (centroid, LPS)", fontsize=10, loc="left", color=_INK)
     header, rows = motion_rows(result)
-    widths = [0.26, *[0.74 / (len(header) - 1)] * (len(header) - 1)]
+    widths = [0.25, 0.105, 0.12, 0.12, 0.12, 0.12, 0.165][: len(header)]
     drawn = axes.table(rows, colLabels=header, colWidths=widths, loc="upper left", edges="horizontal")
     drawn.auto_set_font_size(False)
     drawn.set_fontsize(8.5 if len(rows) <= 14 else 7)
