@@ -40,31 +40,19 @@ AXIS_WEIGHTS: dict[str, tuple[float, float, float]] = {
 MAX_OVERLAP = 0.03
 """Largest share of a bone's voxels that may lie inside another moved bone."""
 
+_LIMBS = "femur humerus leg forearm tibia fibula ulna radius patella hand foot".split()
 _WORDS = (
-    (
-        "limb",
-        (
-            "femur",
-            "humerus",
-            "leg",
-            "forearm",
-            "tibia",
-            "fibula",
-            "ulna",
-            "radius",
-            "patella",
-            "hand",
-            "foot",
-        ),
-    ),
+    ("limb", _LIMBS),
     ("girdle", ("clavic", "scapula")),
-    ("rib", ("rib_", "ribs")),
+    ("rib", ("rib_", "ribs", "sternum")),
     ("spine", ("vertebra", "lumbar", "thoracic", "cervical", "spine")),
 )
 _PARENT_WORDS = {
     "femur": ("hip", "pelvis"),
     "humerus": ("scapula", "clavic"),
     "scapula": ("clavic",),
+    "clavic": ("sternum",),
+    "sternum": ("ribs",),
     "tibia": ("femur",),
     "leg": ("femur",),
     "patella": ("femur",),
@@ -204,7 +192,7 @@ def joint_centre(name: str, bone: np.ndarray, parent: np.ndarray) -> np.ndarray:
     Ribs: the end next to the spine, that is towards the parent's posterior part. Others: the middle of the
     contact.
     """
-    if bone_kind(name) == "rib":
+    if "rib" in name.lower():
         behind = parent[parent[:, 1] > np.median(bone[:, 1])]
         parent = behind if len(behind) else parent
     bone = _thin(bone, _MAX_POINTS)
@@ -238,10 +226,10 @@ def _parents(points: dict[str, np.ndarray], anchor: str) -> list[tuple[str, str]
     def from_anchor(name: str) -> float:
         return float(trees[anchor].query(thin[name].mean(0))[0])
 
-    rank = {"spine": 0, "rib": 1, "other": 1, "girdle": 2, "limb": 4}
+    rank = {"spine": 0, "rib": 1, "other": 1, "girdle": 3, "limb": 5}
 
     def order(name: str) -> tuple[float, float]:
-        extra = 1 if "scapula" in name.lower() else 0
+        extra = 1 if any(word in name.lower() for word in ("scapula", "sternum")) else 0
         return rank[bone_kind(name)] + extra, from_anchor(name)
 
     placed, result = [anchor], []
@@ -276,7 +264,7 @@ def _spine_turns(count: int, rng: np.random.Generator) -> list[np.ndarray]:
     axis = rng.normal(size=3) * AXIS_WEIGHTS["spine"]
     axis /= np.linalg.norm(axis)
     first = np.radians(low) if count > 1 else total
-    steps = [first] + [(total - first) / (count - 1)] * (count - 1)
+    steps = [first] + [(total - first) / max(count - 1, 1)] * (count - 1)
     jitter = rng.normal(0, 0.05, (count, 3))
     return [
         step * (axis + wobble) / np.linalg.norm(axis + wobble)
