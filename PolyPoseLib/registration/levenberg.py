@@ -13,7 +13,8 @@ from PolyPoseLib.registration.problem import RigidProblem, State
 @dataclass(frozen=True)
 class SolverOptions:
     """iterations: accepted steps at most; tolerance: relative fall of the cost that counts as none;
-    largest_rotation_rad, largest_translation_mm: trust region of one step."""
+    largest_rotation_rad, largest_translation_mm: trust region of one step.
+    """
 
     iterations: int = 20
     tolerance: float = 1e-4

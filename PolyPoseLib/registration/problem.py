@@ -7,13 +7,14 @@ be held.  Everything that does not move rigidly enters a view as a static image 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.local_contrast import LocalContrast, NormalisedImage
 from PolyPoseLib.registration.rigid_motion import about, adjoint_of_correction, perturbation
+from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, BodyProjection, project_body
 
 
@@ -53,7 +54,7 @@ class RigidProblem:
     """Residuals and normal equations of rigid bodies seen in several views.
 
     bodies: K of them; free_poses: indices of those that move; free_cameras: indices of views whose camera moves,
-    about ``camera_centre`` (3,) LPS mm; step_mm: distance of ray samples.
+    about ``camera_centre`` (3,) LPS mm; step_mm: distance of ray samples; backend: carries out the rays.
     """
 
     def __init__(
@@ -64,6 +65,7 @@ class RigidProblem:
         free_cameras: Sequence[int],
         camera_centre: np.ndarray,
         step_mm: float,
+        backend: Backend,
     ) -> None:
         self.bodies = list(bodies)
         self.views = list(views)
@@ -71,6 +73,7 @@ class RigidProblem:
         self.free_cameras = list(free_cameras)
         self.camera_centre = camera_centre
         self.step_mm = step_mm
+        self.backend = backend
 
     @property
     def size(self) -> int:
@@ -98,7 +101,7 @@ class RigidProblem:
         for k, body in enumerate(self.bodies):
             wanted = jacobian and (k in self.free_poses or view_index in self.free_cameras)
             pose = state.poses[k] @ state.corrections[view_index]
-            projection = project_body(body, view.camera, pose, self.step_mm, wanted)
+            projection = project_body(body, view.camera, pose, self.step_mm, self.backend, wanted)
             row0, row1, column0, column1 = projection.window
             image[row0:row1, column0:column1] += projection.image
             projections.append(projection)
@@ -179,8 +182,3 @@ class RigidProblem:
     @staticmethod
     def _mean(costs: list[float]) -> float:
         return sum(costs) / len(costs)
-
-
-def with_weight(view: View, weight: np.ndarray) -> View:
-    """The same view with other pixel weights."""
-    return replace(view, weight=weight)

@@ -1,8 +1,8 @@
 """Fused ray kernels for the CPU: one pass along every ray gives the line integral and what its Jacobian needs.
 
-Compiled with numba on first use; callers go through :mod:`PolyPoseLib.rendering.rigid`, which falls back to
-torch where numba is absent.  All coordinates are voxel indices (i, j, k) of a volume that is padded with one
-layer of zeros, so that the interpolant falls to zero continuously at the box.
+Compiled with numba on first use; callers go through :class:`PolyPoseLib.rendering.backend.NumbaBackend`.
+All coordinates are voxel indices (i, j, k) of a volume that is padded with one layer of zeros, so that the
+interpolant falls to zero continuously at the box.
 """
 
 import math
@@ -26,17 +26,17 @@ def _clip(origin, direction, near, far, size):
 
 
 @numba.njit(parallel=True, fastmath=True, cache=True)
-def project(volume, source, corner, per_column, per_row, inverse_intrinsics, window, step_mm, image):
+def project(volume, source, corner, per_column, per_row, inverse_intrinsics, step_mm, image):
     """Line integrals of a trilinear volume by the midpoint rule.
 
     volume: (D, H, W) float32, zero on its border; source, corner, per_column, per_row: (3,) float64, so that a
     pixel (c, r) looks from ``source`` along ``corner + c per_column + r per_row`` (index units per mm of depth);
-    window: (row0, row1, column0, column1); image: (rows, columns) float32, written inside the window only.
+    image: (rows, columns) float32, overwritten.
     """
     depth, height, width = volume.shape
-    row0, row1, column0, column1 = window[0], window[1], window[2], window[3]
-    for row in numba.prange(row0, row1):
-        for column in range(column0, column1):
+    rows, columns = image.shape
+    for row in numba.prange(rows):
+        for column in range(columns):
             dx = corner[0] + column * per_column[0] + row * per_row[0]
             dy = corner[1] + column * per_column[1] + row * per_row[1]
             dz = corner[2] + column * per_column[2] + row * per_row[2]
@@ -82,7 +82,7 @@ def project(volume, source, corner, per_column, per_row, inverse_intrinsics, win
 
 @numba.njit(parallel=True, fastmath=True, cache=True)
 def project_with_moments(
-    volume, source, corner, per_column, per_row, inverse_intrinsics, window, step_mm, image, moments
+    volume, source, corner, per_column, per_row, inverse_intrinsics, step_mm, image, moments
 ):
     """As :func:`project`, with the moments from which the Jacobian of a rigid motion follows.
 
@@ -91,9 +91,9 @@ def project_with_moments(
     numbers give all six partial derivatives.
     """
     depth, height, width = volume.shape
-    row0, row1, column0, column1 = window[0], window[1], window[2], window[3]
-    for row in numba.prange(row0, row1):
-        for column in range(column0, column1):
+    rows, columns = image.shape
+    for row in numba.prange(rows):
+        for column in range(columns):
             dx = corner[0] + column * per_column[0] + row * per_row[0]
             dy = corner[1] + column * per_column[1] + row * per_row[1]
             dz = corner[2] + column * per_column[2] + row * per_row[2]

@@ -7,12 +7,12 @@ frame in which the body's voxels lie; the pose is perturbed on the left, about t
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.rendering.backend import Backend, IndexRays
 
 Window = tuple[int, int, int, int]
 """Row 0, row 1, column 0, column 1 of a part of an image, ends excluded."""
@@ -34,19 +34,6 @@ class Body:
     def __post_init__(self) -> None:
         """Cache the inverse affine."""
         object.__setattr__(self, "world_to_index", np.linalg.inv(self.affine))
-
-    @classmethod
-    def from_mask(cls, attenuation: np.ndarray, mask: np.ndarray, affine: np.ndarray) -> Body:
-        """Crop ``attenuation`` (D, H, W) to the box of ``mask``, zero outside the mask, padded by one voxel."""
-        occupied = [
-            np.flatnonzero(mask.any(axis=tuple(a for a in range(3) if a != axis))) for axis in range(3)
-        ]
-        slices = tuple(slice(int(o[0]), int(o[-1]) + 1) for o in occupied)
-        voxels = np.pad(np.where(mask[slices], attenuation[slices], 0).astype(np.float32), 1)
-        shifted = affine.copy()
-        start = np.array([s.start - 1 for s in reversed(slices)], float)
-        shifted[:3, 3] = affine[:3, :3] @ start + affine[:3, 3]
-        return cls(voxels, shifted, mask_centroid(mask, affine))
 
     def corners(self) -> np.ndarray:
         """(8, 3) moving LPS mm of the box's corners."""
@@ -89,7 +76,12 @@ def footprint(body: Body, camera: Camera, fixed_to_moving: np.ndarray) -> Window
 
 
 def project_body(
-    body: Body, camera: Camera, fixed_to_moving: np.ndarray, step_mm: float, jacobian: bool = False
+    body: Body,
+    camera: Camera,
+    fixed_to_moving: np.ndarray,
+    step_mm: float,
+    backend: Backend,
+    jacobian: bool = False,
 ) -> BodyProjection:
     """Render ``body`` under its pose, inside its own footprint only.
 
@@ -98,28 +90,18 @@ def project_body(
     """
     window = footprint(body, camera, fixed_to_moving)
     rows, columns = window[1] - window[0], window[3] - window[2]
-    image = np.zeros((rows, columns), np.float32)
-    moments = np.zeros((rows, columns, 6), np.float32) if jacobian else None
-    if rows and columns:
-        rays = _index_rays(body, camera, fixed_to_moving, window)
-        _backend()(body.voxels, rays, step_mm, image, moments)
+    if not rows or not columns:
+        empty = np.zeros((6, rows, columns), np.float32) if jacobian else None
+        return BodyProjection(window, np.zeros((rows, columns), np.float32), empty)
+    rays = index_rays(body, camera, fixed_to_moving, window)
+    image, moments = backend.project(body.voxels, rays, step_mm, (rows, columns), jacobian)
     if moments is None:
         return BodyProjection(window, image, None)
     return BodyProjection(window, image, _jacobian(body, camera, fixed_to_moving, window, moments))
 
 
-@dataclass(frozen=True)
-class IndexRays:
-    """Rays of a window in voxel indices per mm of camera depth: direction = corner + c per_column + r per_row."""
-
-    source: np.ndarray
-    corner: np.ndarray
-    per_column: np.ndarray
-    per_row: np.ndarray
-    inverse_intrinsics: np.ndarray
-
-
-def _index_rays(body: Body, camera: Camera, fixed_to_moving: np.ndarray, window: Window) -> IndexRays:
+def index_rays(body: Body, camera: Camera, fixed_to_moving: np.ndarray, window: Window) -> IndexRays:
+    """Rays of a window of the camera's image in the indices of a body under its pose."""
     to_index = body.world_to_index @ fixed_to_moving
     rotation = camera.extrinsic[:3, :3]
     source = -rotation.T @ camera.extrinsic[:3, 3]
@@ -167,27 +149,3 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         ],
         axis=-1,
     )
-
-
-def _project_numba(
-    voxels: np.ndarray, rays: IndexRays, step_mm: float, image: np.ndarray, moments: np.ndarray | None
-) -> None:
-    from PolyPoseLib.rendering import kernels
-
-    window = np.array([0, image.shape[0], 0, image.shape[1]])
-    arguments = (voxels, rays.source, rays.corner, rays.per_column, rays.per_row, rays.inverse_intrinsics)
-    if moments is None:
-        kernels.project(*arguments, window, step_mm, image)
-    else:
-        kernels.project_with_moments(*arguments, window, step_mm, image, moments)
-
-
-def _backend() -> Callable[..., None]:
-    """The fused kernel where numba is installed, else the torch one."""
-    try:
-        import numba  # noqa: F401
-    except ImportError:
-        from PolyPoseLib.rendering.rigid_torch import project_torch
-
-        return project_torch
-    return _project_numba

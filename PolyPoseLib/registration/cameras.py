@@ -1,0 +1,78 @@
+"""Stage A: the camera of one X-ray from the anchor, which stands still by definition."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.levels import Level, Measured, pixel_size_mm, view_at
+from PolyPoseLib.registration.levenberg import SolverOptions, minimise
+from PolyPoseLib.registration.monitor import Monitor
+from PolyPoseLib.registration.problem import RigidProblem, State
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.registration.weighting import covered, robust_weight, within
+from PolyPoseLib.rendering.backend import Backend
+
+REACH_MM = 12.0
+"""The X-ray counts this far around the anchor."""
+
+COARSE_MM = 6.0
+"""From this pixel size on, moving bones in front of the anchor are not masked out: too little would remain."""
+
+
+def find_camera(
+    scene: Scene,
+    measured: Measured,
+    levels: Sequence[Level],
+    backend: Backend,
+    monitor: Monitor,
+    stage: str,
+) -> Camera:
+    """Refine one X-ray's camera; the whole CT moves as one body, compared only where the anchor projects."""
+    camera = measured.camera
+    total = sum(level.iterations for level in levels)
+    done = 0
+    for level in levels:
+        current = Measured(measured.image, measured.mask, camera)
+        camera = _refine(scene, current, level, backend, monitor, stage, done, total)
+        done += level.iterations
+    return camera
+
+
+def corrected(camera: Camera, correction: np.ndarray) -> Camera:
+    """The camera with a correction (4, 4), fixed to fixed, folded into its extrinsic."""
+    return camera.with_extrinsic(camera.extrinsic @ np.linalg.inv(correction))
+
+
+def _refine(
+    scene: Scene,
+    measured: Measured,
+    level: Level,
+    backend: Backend,
+    monitor: Monitor,
+    stage: str,
+    done: int,
+    total: int,
+) -> Camera:
+    centre = scene.anchor_centre
+    view = view_at(level, measured, centre)
+    reach = REACH_MM / pixel_size_mm(view.camera, centre)
+    body = scene.volume("whole", level.size_mm)
+    problem = RigidProblem([body], [view], [], [0], centre, level.size_mm, backend)
+    bones = RigidProblem(scene.bodies(level.size_mm), [view], [], [0], centre, level.size_mm, backend)
+    others = [k for k in range(len(scene.names)) if k != scene.anchor]
+
+    def before_step(state: State, iteration: int, cost: float) -> None:
+        similarity = None if iteration == 0 else 1 - cost / 2
+        monitor.step(stage, done + iteration, total, similarity)
+        posed = State(np.broadcast_to(np.eye(4), (len(scene.names), 4, 4)), state.corrections)
+        region = within(covered(bones, posed, 0, [scene.anchor]), reach)
+        if level.size_mm < COARSE_MM:
+            region &= ~covered(bones, posed, 0, others)
+        view.weight = robust_weight(view, problem.residual(state, 0), region)
+
+    start = State(np.eye(4)[None], np.eye(4)[None])
+    solution = minimise(problem, start, SolverOptions(level.iterations), before_step)
+    return corrected(measured.camera, solution.state.corrections[0])

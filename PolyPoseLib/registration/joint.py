@@ -1,0 +1,116 @@
+"""Stage B: all structures together in all views, and the cameras once more with them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.cameras import corrected
+from PolyPoseLib.registration.levels import Level, Measured, pixel_size_mm, view_at
+from PolyPoseLib.registration.levenberg import SolverOptions, minimise
+from PolyPoseLib.registration.monitor import Monitor
+from PolyPoseLib.registration.problem import RigidProblem, State
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.registration.soft_tissue import SoftTissue
+from PolyPoseLib.registration.weighting import covered, robust_weight, within
+from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.warp.field import DisplacementField
+
+REACH_MM = 10.0
+"""The X-rays count this far around the moving bones."""
+
+SOFT_TISSUE_EVERY = 4
+"""Iterations after which the soft tissue is warped and rendered anew."""
+
+
+@dataclass(frozen=True)
+class JointResult:
+    """poses: (K, 4, 4) fixed to moving; cameras: refined; problem, state: as the last level left them."""
+
+    poses: np.ndarray
+    cameras: list[Camera]
+    problem: RigidProblem
+    state: State
+
+
+def fit_structures(
+    scene: Scene,
+    soft: SoftTissue,
+    measured: Sequence[Measured],
+    poses: np.ndarray,
+    free_cameras: Sequence[int],
+    levels: Sequence[Level],
+    backend: Backend,
+    monitor: Monitor,
+    preview: Callable[[DisplacementField], str | None] | None = None,
+) -> JointResult:
+    """Fit all structures from ``poses`` (K, 4, 4), coarse to fine.
+
+    free_cameras: indices of the X-rays whose camera may still move; preview: given the coarse displacement field
+    whenever it is made anew.
+    """
+    total = sum(level.iterations for level in levels)
+    done = 0
+    measured = list(measured)
+    for level in levels:
+        fit = _LevelFit(scene, soft, measured, free_cameras, level, backend)
+
+        def before_step(
+            state: State, iteration: int, cost: float, fit: _LevelFit = fit, done: int = done
+        ) -> None:
+            renewed = fit.refresh(state, iteration)
+            show = (lambda: preview(fit.field)) if preview is not None and renewed else None
+            monitor.step("bones", done + iteration, total, None if iteration == 0 else 1 - cost / 2, show)
+
+        start = State(poses, np.stack([np.eye(4)] * len(measured)))
+        solution = minimise(fit.problem, start, SolverOptions(fit.level.iterations), before_step)
+        poses = solution.state.poses
+        measured = [
+            Measured(m.image, m.mask, corrected(m.camera, c))
+            for m, c in zip(measured, solution.state.corrections, strict=True)
+        ]
+        done += level.iterations
+    return JointResult(poses, [m.camera for m in measured], fit.problem, solution.state)
+
+
+class _LevelFit:
+    """One level: its problem, and the parts of it that follow the state."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        soft: SoftTissue,
+        measured: Sequence[Measured],
+        free_cameras: Sequence[int],
+        level: Level,
+        backend: Backend,
+    ) -> None:
+        self.soft, self.level, self.backend = soft, level, backend
+        self.field: DisplacementField | None = None
+        self.centre = scene.anchor_centre
+        views = [view_at(level, m, self.centre) for m in measured]
+        moving = [k for k in range(len(scene.names)) if k != scene.anchor]
+        bodies = scene.bodies(level.size_mm)
+        self.problem = RigidProblem(bodies, views, moving, free_cameras, self.centre, level.size_mm, backend)
+        self.everything = list(range(len(scene.names)))
+        self.moving = moving
+
+    def refresh(self, state: State, iteration: int) -> bool:
+        """Renew the weights, and now and then the soft tissue; True when the soft tissue was renewed."""
+        renew = iteration % SOFT_TISSUE_EVERY == 0
+        if renew:
+            self.field = self.soft.coarse_field(state.poses)
+        for n, view in enumerate(self.problem.views):
+            if renew:
+                correction = state.corrections[n]
+                view.static = self.soft.render(
+                    self.field, view.camera, correction, self.level.size_mm, self.backend
+                )
+            which = self.everything if n in self.problem.free_cameras else self.moving
+            reach = REACH_MM / pixel_size_mm(view.camera, self.centre)
+            region = within(covered(self.problem, state, n, which), reach)
+            view.weight = robust_weight(view, self.problem.residual(state, n), region)
+        return renew

@@ -1,0 +1,49 @@
+"""Pixel weights: where the bones of interest project, less where tissue does what the model cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from PolyPoseLib.registration.problem import RigidProblem, State, View
+from PolyPoseLib.rendering.rigid import project_body
+
+VISIBLE_LINE_INTEGRAL = 0.02
+"""A bone shows in a pixel when it adds at least this much."""
+
+LEAST_SCALE = 0.05
+"""Smallest scale of the residual, in local standard deviations; below it nothing is an outlier."""
+
+
+def covered(problem: RigidProblem, state: State, view_index: int, which: Iterable[int]) -> np.ndarray:
+    """(H, W) bool: pixels of a view in which one of the bodies ``which`` shows."""
+    view = problem.views[view_index]
+    shows = np.zeros(view.static.shape, bool)
+    for k in which:
+        pose = state.poses[k] @ state.corrections[view_index]
+        part = project_body(problem.bodies[k], view.camera, pose, problem.step_mm, problem.backend)
+        row0, row1, column0, column1 = part.window
+        shows[row0:row1, column0:column1] |= np.abs(part.image) > VISIBLE_LINE_INTEGRAL
+    return shows
+
+
+def within(shows: np.ndarray, reach_px: float) -> np.ndarray:
+    """Pixels at most ``reach_px`` from one that is True."""
+    if reach_px <= 0 or not shows.any():
+        return shows
+    return distance_transform_edt(~shows) <= reach_px
+
+
+def robust_weight(view: View, residual: np.ndarray, region: np.ndarray) -> np.ndarray:
+    """(H, W) float32 weights 1 / (1 + (r / s)^2) inside ``region``, with s twice the residual's robust deviation.
+
+    The Cauchy weights of iteratively reweighted least squares (Holland and Welsch, 1977).
+    """
+    region = region & (view.contrast.support > 0)
+    inside = residual[region]
+    if inside.size == 0:
+        return np.zeros(residual.shape, np.float32)
+    scale = 2 * max(1.4826 * float(np.median(np.abs(inside))), LEAST_SCALE)
+    return np.where(region, 1 / (1 + (residual / scale) ** 2), 0).astype(np.float32)
