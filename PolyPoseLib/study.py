@@ -82,20 +82,22 @@ class Study:
 
         path = Path(path)
         fields = study_schema.read(path)
-        folder = path.resolve().parent
+        folder = path.parent.resolve()
         try:
             ct_path = study_paths.resolve(fields["ct"], "ct", folder, allow_outside)
             labels_path = study_paths.resolve(fields["segmentation"], "segmentation", folder, allow_outside)
-            image_paths = [
-                study_paths.resolve(xray["image"], f'xrays"[{number}]."image', folder, allow_outside)
+            entries = [
+                {
+                    name: study_paths.resolve(value, f'xrays"[{number}]."{name}', folder, allow_outside)
+                    if name in ("image", "mask") and value is not None
+                    else value
+                    for name, value in xray.items()
+                }
                 for number, xray in enumerate(fields["xrays"])
             ]
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
-        xrays = tuple(
-            _read_xray(image, entry, f'{path}: "xrays"[{number}]')
-            for number, (image, entry) in enumerate(zip(image_paths, fields["xrays"], strict=True))
-        )
+        xrays = tuple(_read_xray(entry, f'{path}: "xrays"[{number}]') for number, entry in enumerate(entries))
         ct = read_ct(ct_path, fields.get("ct_series"))
         segmentation = read_segmentation(labels_path)
         try:
@@ -118,12 +120,13 @@ class Study:
         )
 
 
-def _read_xray(path: Path, fields: Mapping[str, Any], where: str) -> Xray:
-    """Read one X-ray and log where its numbers come from."""
+def _read_xray(fields: Mapping[str, Any], where: str) -> Xray:
+    """Read one X-ray, whose paths are resolved, and log where its numbers come from."""
     from PolyPoseLib.imaging.xray import read_xray
 
+    path = fields["image"]
     try:
-        xray = read_xray(path, fields=dict(fields), frame=fields.get("frame"))
+        xray = read_xray(path, fields={**fields, "image": path.name}, frame=fields.get("frame"))
     except InputError as error:
         raise InputError(f"{where}: {error}") from error
     for line in xray.provenance:

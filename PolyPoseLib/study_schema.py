@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,22 +19,8 @@ REQUIRED = ("version", "ct", "segmentation", "structures", "anchor", "xrays")
 
 OPTIONAL = ("options", "ct_series", "label_table", "comment")
 
-XRAY_FIELDS = (
-    "image",
-    "name",
-    "extrinsic",
-    "camera",
-    "source_to_detector_mm",
-    "source_to_isocenter_mm",
-    "pixel_spacing_mm",
-    "principal_point_px",
-    "intrinsics",
-    "frame",
-    "comment",
-)
-"""Fields of an X-ray that are known here; imaging.xray may know more."""
-
-CAMERA_STATES = ("known", "initial", "absent")
+MORE_XRAY_FIELDS = ("comment",)
+"""Fields of an X-ray besides those by which it is read (imaging.xray_fields.FIELDS)."""
 
 
 def parse(text: str, name: str) -> dict[str, Any]:
@@ -153,56 +138,25 @@ def _check_xrays(xrays: Any) -> None:
         raise InputError(f'"xrays" must be a list of objects, not {_kind(xrays)}.')
     if not xrays:
         raise InputError('"xrays" is empty: at least one X-ray is needed, two or more to find depth.')
+    from PolyPoseLib.imaging.xray_fields import FIELDS, XrayFields
+
     seen: dict[tuple[str, Any], int] = {}
     for number, xray in enumerate(xrays):
         where = f'"xrays"[{number}]'
         if not isinstance(xray, dict):
             raise InputError(f'{where} must be an object such as {{"image": "ap.dcm"}}, not {_kind(xray)}.')
-        known = xray_fields()
+        known = (*FIELDS, *MORE_XRAY_FIELDS)
         for field in xray:
             if field not in known:
                 raise InputError(f"{where}: {unknown_name('field', field, known)}")
         if "image" not in xray:
             raise InputError(f'{where}: the field "image" is missing: name the X-ray\'s file.')
         _check_text(xray["image"], f'xrays"[{number}]."image')
-        _check_xray_geometry(xray, where)
+        XrayFields.parse(xray, where)
         key = (xray["image"], str(xray.get("frame")))
         if key in seen:
             raise InputError(f"{where} is the same image as {seen[key]}: remove one of them.")
         seen[key] = number
-
-
-def xray_fields() -> tuple[str, ...]:
-    """Every field that an X-ray may have: those listed here and those that imaging.xray declares."""
-    try:
-        from PolyPoseLib.imaging import xray
-    except ImportError:
-        return XRAY_FIELDS
-    return tuple(dict.fromkeys((*XRAY_FIELDS, *getattr(xray, "FIELDS", ()))))
-
-
-def _check_xray_geometry(xray: Mapping[str, Any], where: str) -> None:
-    """Types, signs and rigidity of the numbers that place a camera."""
-    from PolyPoseLib.geometry.camera import require_rigid
-
-    state = xray.get("camera")
-    if state is not None and state not in CAMERA_STATES:
-        allowed = ", ".join(f'"{each}"' for each in CAMERA_STATES)
-        raise InputError(f'{where}."camera" is {state!r}: give one of {allowed}.')
-    extrinsic = xray.get("extrinsic")
-    if extrinsic is not None:
-        _check_numbers(extrinsic, f'{where}."extrinsic"', (4, 4))
-        require_rigid(extrinsic, f'{where}."extrinsic"')
-    elif state == "known" and "extrinsic" in xray and xray.get("intrinsics") is not None:
-        raise InputError(f'{where}."camera" is "known" but "extrinsic" is null: give its 4x4 matrix.')
-    for field, shape in (("pixel_spacing_mm", (2,)), ("principal_point_px", (2,)), ("intrinsics", (3, 3))):
-        if xray.get(field) is not None:
-            _check_numbers(xray[field], f'{where}."{field}"', shape)
-    for field in ("source_to_detector_mm", "source_to_isocenter_mm"):
-        if xray.get(field) is not None:
-            _check_positive(xray[field], f'{where}."{field}"')
-    for value in xray.get("pixel_spacing_mm") or ():
-        _check_positive(value, f'{where}."pixel_spacing_mm"')
 
 
 def _check_optional(fields: Mapping[str, Any]) -> None:
@@ -223,31 +177,6 @@ def _check_text(value: Any, field: str) -> None:
     """A text that is not empty."""
     if not isinstance(value, str) or not value.strip():
         raise InputError(f'"{field}" must be a text that is not empty, not {_kind(value)}.')
-
-
-def _check_positive(value: Any, where: str) -> None:
-    """A finite number above 0."""
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, (int, float))
-        or not math.isfinite(value)
-        or value <= 0
-    ):
-        raise InputError(f"{where} is {value!r}: give a number above 0.")
-
-
-def _check_numbers(value: Any, where: str, shape: tuple[int, ...]) -> None:
-    """Nested lists of finite numbers of a shape."""
-    size = "x".join(map(str, shape)) if len(shape) > 1 else f"{shape[0]} numbers"
-    rows = [value] if len(shape) == 1 else value
-    fits = isinstance(value, list) and (len(shape) == 1 or len(value) == shape[0])
-    if not fits or not all(isinstance(row, list) and len(row) == shape[-1] for row in rows):
-        raise InputError(f"{where} must be {size}{' as lists of numbers' if len(shape) > 1 else ''}.")
-    for row in rows:
-        for number in row:
-            finite = isinstance(number, (int, float)) and not isinstance(number, bool)
-            if not finite or not math.isfinite(number):
-                raise InputError(f"{where} holds {number!r}: give finite numbers.")
 
 
 def _unique_fields(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
