@@ -59,7 +59,8 @@ def write_case(
         case: what to write.
         folder: made when it does not exist; it must be empty.
         label_ids: {structure: labels of the case's source segmentation}; None writes the structures' own
-        numbers. organ_names: {label: name} of the source segmentation, for the scores of soft organs.
+            numbers.
+        organ_names: {label: name} of the source segmentation, for the scores of soft organs.
         options: the study's options.
         image_format: "dicom" (XA) or "nifti" (line integrals).
         camera: "initial": extrinsics off by the case's error; "known": the true ones; "absent": none.

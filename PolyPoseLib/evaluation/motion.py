@@ -40,7 +40,19 @@ AXIS_WEIGHTS: dict[str, tuple[float, float, float]] = {
 MAX_OVERLAP = 0.03
 """Largest share of a bone's voxels that may lie inside another moved bone."""
 
-_LIMBS = "femur humerus leg forearm tibia fibula ulna radius patella hand foot".split()
+_LIMBS = [
+    "femur",
+    "humerus",
+    "leg",
+    "forearm",
+    "tibia",
+    "fibula",
+    "ulna",
+    "radius",
+    "patella",
+    "hand",
+    "foot",
+]
 _WORDS = (
     ("limb", _LIMBS),
     ("girdle", ("clavic", "scapula")),

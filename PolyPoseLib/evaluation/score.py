@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,12 +23,17 @@ _BODY_HU = -500.0
 _MINIMUM_ORGAN_VOXELS = 50
 
 
-def score_result(result: Result | str | Path, truth: Truth | str | Path) -> dict[str, Any]:
+def score_result(
+    result: Result | str | Path, truth: Truth | str | Path, stands_for: Mapping[str, str] | None = None
+) -> dict[str, Any]:
     """Score a result against the truth.
 
     Args:
         result: a result or the folder that holds one.
         truth: a truth or the folder that holds one.
+        stands_for: {structure of the truth: structure of the result} where names differ, as when a study
+        fused
+            bones that the truth moves apart.
 
     Returns:
         A table that json can write:
@@ -35,8 +41,11 @@ def score_result(result: Result | str | Path, truth: Truth | str | Path) -> dict
             "tre_mean_mm", "tre_p95_mm", "tre_max_mm": error of the transform over the structure's voxels,
             "pose_tre_mean_mm", "pose_tre_max_mm": error of the structure's own rigid motion over them,
             "pose_rotation_deg": angle between the true and the found motion,
+            "pose_error": the found pose against the truth, rotation vector (3, degrees) and displacement of
+                the centroid (3, mm), LPS,
             "rest_tre_mean_mm": the error of doing nothing,
-            "dice": 0 to 1, "hd95_mm": of the warped labels}},
+            "dice": 0 to 1, "hd95_mm": of the warped labels,
+            "uncertainty": as the result has it, when it has}},
         "summary" {"mean_tre_mm", "worst_tre_mm" (largest mean), "mean_pose_tre_mm", "worst_pose_tre_mm",
             "mean_rest_tre_mm", "mean_dice": over all structures but the anchor; "organ_dice": mean over
             organs; "soft_error_mean_mm": transform against truth in the body outside all structures;
@@ -55,7 +64,8 @@ def score_result(result: Result | str | Path, truth: Truth | str | Path) -> dict
 
     truth = truth if isinstance(truth, Truth) else Truth.load(truth)
     result = load_result(result) if isinstance(result, (str, Path)) else result
-    missing = [name for name in truth.names if name not in result.structures]
+    names = {name: (stands_for or {}).get(name, name) for name in truth.names}
+    missing = [name for name in names.values() if name not in result.structures]
     if missing:
         raise InputError(
             f"The result has no structure {missing[0]!r}: score it against the truth of its own study."
@@ -65,8 +75,11 @@ def score_result(result: Result | str | Path, truth: Truth | str | Path) -> dict
             f"The result has {len(result.cameras)} cameras and the truth {len(truth.cameras)}: "
             "score it against the truth of its own study."
         )
-    poses = {name: result.structures[name].fixed_to_moving for name in truth.names}
+    poses = {name: result.structures[found].fixed_to_moving for name, found in names.items()}
     table = score_motion(poses, result.transform, truth)
+    for name, found in names.items():
+        if result.structures[found].uncertainty is not None:
+            table["structures"][name]["uncertainty"] = dict(result.structures[found].uncertainty)
     table["cameras"] = [
         camera_errors(true, found, truth) for true, found in zip(truth.cameras, result.cameras, strict=True)
     ]
@@ -96,6 +109,9 @@ def score_motion(poses: dict[str, np.ndarray], transform: DisplacementField, tru
             **{f"tre_{kind}_mm": value for kind, value in by_warp[name].items()},
             **{f"pose_tre_{kind}_mm": value for kind, value in by_pose[name].items()},
             "pose_rotation_deg": rotation_between_deg(true[n], found[n]),
+            "pose_error": _pose_error(
+                true[n], found[n], metrics.mask_points(labels.voxels == n + 1, labels.affine)
+            ),
             "rest_tre_mean_mm": at_rest[name]["mean"],
             "dice": metrics.dice(true_mask, found_mask),
             "hd95_mm": metrics.hausdorff95(true_mask, found_mask, labels.affine),
@@ -141,6 +157,16 @@ def rotation_between_deg(first: np.ndarray, second: np.ndarray) -> float:
     relative = (rigid_inverse(first) @ second)[:3, :3]
     sine = np.linalg.norm(relative - relative.T) / np.sqrt(8)
     return float(np.degrees(np.arctan2(sine, (np.trace(relative) - 1) / 2)))
+
+
+def _pose_error(true: np.ndarray, found: np.ndarray, moving: np.ndarray) -> list[float]:
+    """Rotation vector in degrees and displacement in mm of a bone's centroid, from its true to its found place."""
+    from scipy.spatial.transform import Rotation
+
+    error = rigid_inverse(found) @ true
+    centroid = rigid_inverse(true) @ np.append(moving.mean(axis=0), 1.0)
+    turn = np.degrees(Rotation.from_matrix(error[:3, :3]).as_rotvec())
+    return [*turn.tolist(), *(error @ centroid - centroid)[:3].tolist()]
 
 
 def _organ_dice(transform: DisplacementField, truth: Truth) -> dict[str, float]:

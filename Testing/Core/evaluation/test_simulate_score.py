@@ -48,6 +48,8 @@ def test_rest_scores_the_motion(truth):
     assert table["structures"]["vertebrae_L4"]["tre_mean_mm"] == pytest.approx(5.0, abs=1e-6)
     assert table["structures"]["vertebrae_L4"]["pose_tre_max_mm"] == pytest.approx(5.0, abs=1e-6)
     assert table["structures"]["femur_left"]["pose_rotation_deg"] == pytest.approx(10.0, abs=1e-6)
+    error = np.array(table["structures"]["vertebrae_L4"]["pose_error"])
+    assert np.allclose(error, [0, 0, 0, -3, -4, 0], atol=1e-6)
     for row in table["structures"].values():
         assert row["tre_mean_mm"] == pytest.approx(row["rest_tre_mean_mm"], abs=1e-6)
     assert table["summary"]["folds_percent"] == 0 and table["summary"]["sd_log_jacobian"] == 0

@@ -1,0 +1,99 @@
+"""The benchmark's cases: public CTs, the structures that move in them, and where a case is kept on disk."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from PolyPoseLib.evaluation.case_files import write_case
+from PolyPoseLib.evaluation.simulate import SimulationOptions, arc_angles, simulate_case, view_cameras
+from PolyPoseLib.imaging.label_names import label_table
+from PolyPoseLib.imaging.structures import structures_from_labels
+from PolyPoseLib.imaging.volume import Volume, read_ct, read_volume
+from PolyPoseLib.sample import CT_FILE, LABELS_FILE, fetch_sample, sample_named
+
+STRUCTURES: dict[str, dict[str, list[int]]] = {
+    "pelvis": {
+        "pelvis": [25, 26, 77, 78],
+        "femur_left": [75],
+        "femur_right": [76],
+        "vertebrae_L5": [27],
+        "vertebrae_L4": [28],
+        "vertebrae_L3": [29],
+        "vertebrae_L2": [30],
+        "vertebrae_L1": [31],
+    },
+    "chest": {
+        "thoracic_spine": [*range(32, 44)],
+        "ribs_left": [*range(92, 104)],
+        "ribs_right": [*range(104, 116)],
+        "sternum": [116],
+        "clavicle_left": [73],
+        "clavicle_right": [74],
+        "scapula_left": [71],
+        "scapula_right": [72],
+        "humerus_left": [69],
+        "humerus_right": [70],
+        "lumbar_spine": [*range(28, 32)],
+    },
+}
+"""TotalSegmentator v2 labels of every structure; the first one is the anchor."""
+
+VIEWS = {"2x30": (2, 30.0), "3x120": (3, 120.0)}
+"""Number of views and the arc over which they are spread, in degrees."""
+
+
+def parse_views(text: str) -> tuple[int, float]:
+    """Views and arc of a name such as 3x120; raises ValueError for any other."""
+    count, arc = text.split("x")
+    return int(count), float(arc)
+
+
+def load_anatomy(name: str):
+    """CT, structures, the full label map and its organs' names."""
+    folder = fetch_sample(name)
+    ct = read_ct(folder / CT_FILE)
+    labels = read_volume(folder / LABELS_FILE)
+    labels = Volume(labels.voxels.astype(np.int16), ct.affine)
+    structures = structures_from_labels(labels, STRUCTURES[name], ct)
+    return ct, structures, labels, label_table(sample_named(name).label_table)
+
+
+def case_folder(
+    anatomy: str, views: str, seed: int, pixels: int, work: Path, options: SimulationOptions | None = None
+) -> Path:
+    """The folder of one case, simulated unless it is there already."""
+    options = options or SimulationOptions()
+    folder = work / f"{anatomy}-{views}-{pixels}px-seed{seed}"
+    settings = json.dumps({"options": repr(options)})
+    stamp = folder / "settings.json"
+    if stamp.is_file() and stamp.read_text() == settings:
+        return folder
+    if folder.exists():
+        raise SystemExit(f"{folder} holds a case of other settings or an unfinished one: remove it.")
+    ct, structures, labels, organ_names = load_anatomy(anatomy)
+    count, arc = parse_views(views)
+    case = simulate_case(
+        ct,
+        structures,
+        cameras=view_cameras(ct, arc_angles(count, arc), pixels=pixels),
+        seed=seed,
+        options=options,
+        source_labels=labels,
+    )
+    write_case(case, folder, STRUCTURES[anatomy], organ_names)
+    stamp.write_text(settings)
+    return folder
+
+
+def fused_study(folder: Path) -> dict[str, str]:
+    """Write study_rigid.json, in which all moving structures are one body; returns {structure: its body}."""
+    fields = json.loads((folder / "study.json").read_text())
+    anchor = fields["anchor"]
+    body = [label for name, labels in fields["structures"].items() if name != anchor for label in labels]
+    stands_for = {name: anchor if name == anchor else "body" for name in fields["structures"]}
+    fields["structures"] = {anchor: fields["structures"][anchor], "body": body}
+    (folder / "study_rigid.json").write_text(json.dumps(fields, indent=1))
+    return stands_for

@@ -1,0 +1,140 @@
+"""Tables in Markdown from a benchmark's rows, with the machine they were measured on."""
+
+from __future__ import annotations
+
+import datetime
+import importlib.metadata
+import os
+import platform
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+COLUMNS = (
+    ("mean TRE mm", lambda row: row["summary"]["mean_tre_mm"], "{:.2f}"),
+    ("worst TRE mm", lambda row: row["summary"]["worst_tre_mm"], "{:.2f}"),
+    ("pose TRE mm", lambda row: row["summary"]["mean_pose_tre_mm"], "{:.2f}"),
+    ("bone Dice", lambda row: row["summary"]["mean_dice"], "{:.3f}"),
+    ("HD95 mm", lambda row: moving_mean(row, "hd95_mm"), "{:.2f}"),
+    ("organ Dice", lambda row: row["summary"]["organ_dice"], "{:.3f}"),
+    ("soft mm", lambda row: row["summary"]["soft_error_mean_mm"], "{:.2f}"),
+    ("folds %", lambda row: row["summary"]["folds_percent"], "{:.4f}"),
+    ("SD log J", lambda row: row["summary"]["sd_log_jacobian"], "{:.3f}"),
+    ("camera mm", lambda row: np.mean([c["projection_mean_mm"] for c in row["cameras"]]), "{:.2f}"),
+    ("camera deg", lambda row: np.mean([c["rotation_deg"] for c in row["cameras"]]), "{:.2f}"),
+    ("seconds", lambda row: row["wall_seconds"], "{:.0f}"),
+    ("MiB", lambda row: row["peak_memory_mib"], "{:.0f}"),
+)
+"""Column, its number for one row, and how it is written."""
+
+
+def machine() -> dict[str, str]:
+    """What the numbers were measured on."""
+    versions = {}
+    for package in ("polypose", "torch", "numpy", "scipy", "SimpleITK", "numba", "itk-rtk"):
+        try:
+            versions[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            versions[package] = "absent"
+    return {
+        "processor": _processor(),
+        "cores": str(os.cpu_count()),
+        "system": platform.platform(),
+        "python": platform.python_version(),
+        "date": datetime.date.today().isoformat(),
+        **versions,
+    }
+
+
+def write_tables(rows: list[dict], path: Path) -> None:
+    """One table per anatomy and set of views, one per structure, and the machine."""
+    parts = ["# Accuracy on independent truths\n", _legend()]
+    for anatomy, views, pixels in _unique((row["anatomy"], row["views"], row["pixels"]) for row in rows):
+        chosen = [
+            row for row in rows if (row["anatomy"], row["views"], row["pixels"]) == (anatomy, views, pixels)
+        ]
+        count, arc = views.split("x")
+        parts.append(f"## {anatomy}, {count} views over {arc} degrees, {pixels} x {pixels} pixels\n")
+        parts += [_modes(chosen), _structures(chosen)]
+    parts.append("## Measured on\n")
+    parts.append("\n".join(f"- {name}: {value}" for name, value in machine().items()) + "\n")
+    path.write_text("\n".join(parts), encoding="utf-8")
+
+
+def moving_mean(row: dict, key: str) -> float:
+    """Mean over the structures that move."""
+    values = [s[key] for s in row["structures"].values() if s["rest_tre_mean_mm"] > 1e-6]
+    return float(np.mean(values)) if values else float("nan")
+
+
+def _modes(rows: list[dict]) -> str:
+    """Modes as rows, means over seeds (the worst TRE is the worst of all seeds)."""
+    lines = [_line(["mode", "seeds", *(name for name, _, _ in COLUMNS)]), _line(["---"] * (len(COLUMNS) + 2))]
+    for mode in _unique(row["mode"] for row in rows):
+        scored = [row for row in rows if row["mode"] == mode and "failed" not in row]
+        failed = sum(row["mode"] == mode and "failed" in row for row in rows)
+        cells = [mode, f"{len(scored)}" + (f" ({failed} failed)" if failed else "")]
+        for name, number, form in COLUMNS:
+            values = np.array([number(row) for row in scored], dtype=float)
+            values = values[np.isfinite(values)]
+            reduced = (
+                values.max()
+                if name.startswith("worst") and len(values)
+                else values.mean()
+                if len(values)
+                else None
+            )
+            cells.append("-" if reduced is None else form.format(reduced))
+        lines.append(_line(cells))
+    return "\n".join(lines) + "\n"
+
+
+def _structures(rows: list[dict]) -> str:
+    """Structures as rows, mean and worst mean TRE over the seeds, per mode."""
+    modes = _unique(row["mode"] for row in rows if "failed" not in row)
+    names = _unique(name for row in rows if "failed" not in row for name in row["structures"])
+    lines = [_line(["TRE mm: mean (worst seed)", *modes]), _line(["---"] * (len(modes) + 1))]
+    for name in names:
+        cells = [name]
+        for mode in modes:
+            values = [
+                row["structures"][name]["tre_mean_mm"]
+                for row in rows
+                if row["mode"] == mode and "failed" not in row
+            ]
+            cells.append(f"{np.mean(values):.2f} ({np.max(values):.2f})")
+        lines.append(_line(cells))
+    return "\n".join(lines) + "\n"
+
+
+def _legend() -> str:
+    """What the columns mean."""
+    return (
+        "Means over seeds. TRE: distance between where the true and the found transform take a structure's voxels, "
+        "mean over structures that move; worst: the largest mean of any structure and seed; pose TRE: of the "
+        "structures' own rigid motions; soft: the transform's error in the body outside all structures; camera: "
+        "error of the anchor's projected points in the plane through each, and of the rotation. still: nothing "
+        "done; rigid: all bones but the anchor as one body.\n"
+    )
+
+
+def _line(cells: Iterable[str]) -> str:
+    """One row of a table."""
+    return "| " + " | ".join(cells) + " |"
+
+
+def _unique(values: Iterable) -> list:
+    """Each value once, in the order of appearance."""
+    return list(dict.fromkeys(values))
+
+
+def _processor() -> str:
+    """The processor's name."""
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()
