@@ -1,0 +1,253 @@
+"""How alike two X-ray images are: normalised cross-correlations, and mutual information (torch).
+
+Every measure takes images (B, H, W), compares them pair by pair and returns (B,), higher for more alike; it is
+differentiable in both images and does not change when an image's gain (above 0) or offset does. A mask (B, H, W)
+or (H, W), True = use, excludes pixels altogether: what they hold, NaN included, changes neither value nor
+gradient. A pair with nothing to compare (all masked, or a flat image) scores 0 with zero gradient.
+
+Sums run in float64 over images whose global mean is subtracted, so that local variances keep their digits.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+from torch.nn.functional import avg_pool2d, max_pool2d
+from torch.utils.checkpoint import checkpoint
+
+PATCH_FLOOR = 1e-5
+"""Local variance, as a share of the image's variance, below which a patch counts as flat and its score fades."""
+
+_FLAT = 1e-20  # variance over squared mean that rounding alone can leave
+_PIXELS_AT_ONCE = 1 << 16
+
+
+def ncc(a: Tensor, b: Tensor, mask: Tensor | None = None) -> Tensor:
+    """Normalised cross-correlation (Pearson's r) over all pixels in use.
+
+    Args:
+        a: (B, H, W) images.
+        b: (B, H, W) images.
+        mask: (B, H, W) or (H, W) bool, True = use; all pixels when None.
+
+    Returns:
+        (B,), from -1 to 1.
+
+    Raises:
+        ValueError: shapes that do not fit.
+
+    """
+    a, b, mask = _checked(a, b, mask)
+    x, y = _standardised(a, mask), _standardised(b, mask)
+    return ((x * y).sum((1, 2)) / _count(mask)[:, 0, 0]).to(a.dtype)
+
+
+def patch_ncc(a: Tensor, b: Tensor, size: int = 9, mask: Tensor | None = None) -> Tensor:
+    """Mean over every size x size patch inside the image of the patch's normalised cross-correlation.
+
+    A patch's score is cov(a, b) / sqrt((var a + f) (var b + f)) over its pixels in use, f = PATCH_FLOOR times
+    the image's variance; a patch counts by its share of pixels in use.
+
+    Args:
+        a: (B, H, W) images.
+        b: (B, H, W) images.
+        size: side of the patches in pixels.
+        mask: (B, H, W) or (H, W) bool, True = use; all pixels when None.
+
+    Returns:
+        (B,), from -1 to 1.
+
+    Raises:
+        ValueError: shapes that do not fit, or an image smaller than a patch.
+
+    """
+    a, b, mask = _checked(a, b, mask)
+    _require_room(a, size, size)
+    return _patch_ncc(a, b, size, mask).to(a.dtype)
+
+
+def gradient_ncc(a: Tensor, b: Tensor, size: int = 11, mask: Tensor | None = None) -> Tensor:
+    """Patch correlation of Sobel derivatives, the mean of both directions.
+
+    Derivatives exist where the whole 3 x 3 neighbourhood lies inside the image and the mask.
+
+    Args:
+        a: (B, H, W) images.
+        b: (B, H, W) images.
+        size: side of the patches in pixels, on the image of derivatives (H - 2, W - 2).
+        mask: (B, H, W) or (H, W) bool, True = use; all pixels when None.
+
+    Returns:
+        (B,), from -1 to 1.
+
+    Raises:
+        ValueError: shapes that do not fit, or an image smaller than a patch and the filter's border.
+
+    """
+    a, b, mask = _checked(a, b, mask)
+    _require_room(a, size + 2, size)
+    return _gradient_ncc(a, b, size, mask).to(a.dtype)
+
+
+def gmncc(a: Tensor, b: Tensor, mask: Tensor | None = None) -> Tensor:
+    """Gradient and multiscale normalised cross-correlation: 0.5 (0.5 NCC + 0.5 NCC_9) + 0.5 gNCC_11.
+
+    NCC is `ncc`, NCC_9 `patch_ncc` of 9 x 9 and gNCC_11 `gradient_ncc` of 11 x 11 pixels.
+
+    Args:
+        a: (B, H, W) images, 13 pixels or more a side.
+        b: (B, H, W) images.
+        mask: (B, H, W) or (H, W) bool, True = use; all pixels when None.
+
+    Returns:
+        (B,), from -1 to 1.
+
+    Raises:
+        ValueError: shapes that do not fit, or images too small.
+
+    """
+    multiscale = 0.5 * (ncc(a, b, mask) + patch_ncc(a, b, 9, mask))
+    return 0.5 * multiscale + 0.5 * gradient_ncc(a, b, 11, mask)
+
+
+def mutual_information(a: Tensor, b: Tensor, mask: Tensor | None = None, bins: int = 32) -> Tensor:
+    """Mutual information from a joint histogram with cubic B-spline Parzen windows.
+
+    Each image is scaled from its own least and greatest value in use to the histogram (P. Thevenaz and
+    M. Unser, "Optimization of mutual information for multiresolution image registration", IEEE TIP 2000).
+
+    Args:
+        a: (B, H, W) images.
+        b: (B, H, W) images.
+        mask: (B, H, W) or (H, W) bool, True = use; all pixels when None.
+        bins: bins per image, 5 or more.
+
+    Returns:
+        (B,) nats, 0 for independent images.
+
+    Raises:
+        ValueError: shapes that do not fit, or too few bins.
+
+    """
+    a, b, mask = _checked(a, b, mask)
+    if bins < 5:
+        raise ValueError(f"bins is {bins}; give 5 or more.")
+    positions = [_histogram_position(image, mask, bins) for image in (a, b)]
+    joints = [_joint_histogram(*pair, bins) for pair in zip(*positions, mask, strict=True)]
+    joint = torch.stack(joints) / _count(mask)
+    entropies = [_entropy(joint.sum(2)), _entropy(joint.sum(1)), _entropy(joint.flatten(1))]
+    return (entropies[0] + entropies[1] - entropies[2]).to(a.dtype)
+
+
+def _patch_ncc(a: Tensor, b: Tensor, size: int, mask: Tensor) -> Tensor:
+    """patch_ncc in float64 without checks."""
+    x, y = _standardised(a, mask), _standardised(b, mask)
+    moments = torch.stack([mask.to(x.dtype), x, y, x * x, y * y, x * y], dim=1)
+    for kernel in ((size, 1), (1, size)):
+        moments = avg_pool2d(moments, kernel, stride=1)
+    share = moments[:, 0]
+    mean_x, mean_y, xx, yy, xy = (moments[:, 1:] / share.clamp(min=1e-3 / size**2)[:, None]).unbind(1)
+    variance_x, variance_y = xx - mean_x * mean_x, yy - mean_y * mean_y
+    score = (xy - mean_x * mean_y) / ((variance_x + PATCH_FLOOR) * (variance_y + PATCH_FLOOR)).sqrt()
+    return (share * score).sum((1, 2)) / share.sum((1, 2)).clamp(min=1e-3 / size**2)
+
+
+def _gradient_ncc(a: Tensor, b: Tensor, size: int, mask: Tensor) -> Tensor:
+    """gradient_ncc in float64 without checks."""
+    inside = max_pool2d((~mask).double()[:, None], 3, stride=1)[:, 0] == 0
+    pairs = zip(_sobel(a, mask), _sobel(b, mask), strict=True)
+    across, down = (_patch_ncc(x, y, size, inside) for x, y in pairs)
+    return 0.5 * (across + down)
+
+
+def _sobel(image: Tensor, mask: Tensor) -> tuple[Tensor, Tensor]:
+    """Sobel derivatives (B, H - 2, W - 2) along columns and rows, of the standardised image."""
+    image = _standardised(image, mask)
+    smooth_down = image[:, :-2] + 2 * image[:, 1:-1] + image[:, 2:]
+    smooth_across = image[:, :, :-2] + 2 * image[:, :, 1:-1] + image[:, :, 2:]
+    return smooth_down[:, :, 2:] - smooth_down[:, :, :-2], smooth_across[:, 2:] - smooth_across[:, :-2]
+
+
+def _standardised(image: Tensor, mask: Tensor) -> Tensor:
+    """Float64 image of mean 0 and variance 1 over the mask, 0 outside; all 0 where the image is flat."""
+    count = _count(mask)
+    zero = torch.zeros((), dtype=torch.float64, device=image.device)
+    values = torch.where(mask, image.double(), zero)
+    mean = values.sum((1, 2), keepdim=True) / count
+    centred = torch.where(mask, values - mean, zero)
+    variance = centred.square().sum((1, 2), keepdim=True) / count
+    flat = variance <= _FLAT * mean.square()
+    return torch.where(flat, zero, centred) / torch.where(flat, torch.ones_like(variance), variance).sqrt()
+
+
+def _count(mask: Tensor) -> Tensor:
+    """Pixels in use (B, 1, 1) float64, at least 1."""
+    return mask.sum((1, 2), keepdim=True).clamp(min=1).double()
+
+
+def _histogram_position(image: Tensor, mask: Tensor, bins: int) -> Tensor:
+    """Positions (B, H, W) from 1 to bins - 2, between which cubic B-splines on 0..bins-1 sum to 1."""
+    infinity = torch.tensor(torch.inf, dtype=torch.float64, device=image.device)
+    least = torch.where(mask, image.double(), infinity).amin((1, 2), keepdim=True)
+    greatest = torch.where(mask, image.double(), -infinity).amax((1, 2), keepdim=True)
+    flat = ~(greatest > least)
+    extent = torch.where(flat, torch.ones_like(least), greatest - least)
+    usable = mask & ~flat
+    values = torch.where(usable, image.double() - torch.where(flat, torch.zeros_like(least), least), 0.0)
+    return 1 + values / extent * (bins - 3)
+
+
+def _joint_histogram(position_a: Tensor, position_b: Tensor, mask: Tensor, bins: int) -> Tensor:
+    """Joint histogram (bins, bins) of two images (H, W) over the mask, in chunks that backward makes again."""
+    pairs = torch.stack([position_a[mask], position_b[mask]])
+    joint = torch.zeros(bins, bins, dtype=pairs.dtype, device=pairs.device)
+    for chunk in pairs.split(_PIXELS_AT_ONCE, dim=1):
+        joint = joint + checkpoint(_joint_of_chunk, chunk, bins, use_reentrant=False)
+    return joint
+
+
+def _joint_of_chunk(pair: Tensor, bins: int) -> Tensor:
+    """Joint histogram (bins, bins) of positions (2, N)."""
+    centres = torch.arange(bins, dtype=pair.dtype, device=pair.device)
+    windows = _cubic_spline(pair[..., None] - centres)
+    return windows[0].T @ windows[1]
+
+
+def _cubic_spline(distance: Tensor) -> Tensor:
+    """Cubic B-spline at a distance from its centre in units of its knots."""
+    distance = distance.abs()
+    near = (4 - 6 * distance**2 + 3 * distance**3) / 6
+    far = (2 - distance).clamp(min=0) ** 3 / 6
+    return torch.where(distance < 1, near, far)
+
+
+def _entropy(probability: Tensor) -> Tensor:
+    """Entropy (B,) in nats of distributions (B, N)."""
+    return -(probability * probability.clamp(min=1e-300).log()).sum(1)
+
+
+def _checked(a: Tensor, b: Tensor, mask: Tensor | None) -> tuple[Tensor, Tensor, Tensor]:
+    """Images of one dtype and a full boolean mask, or ValueError."""
+    if a.ndim != 3 or a.shape != b.shape or not a.is_floating_point() or not b.is_floating_point():
+        raise ValueError(
+            f"The images have shapes {tuple(a.shape)} and {tuple(b.shape)} and dtypes {a.dtype} and {b.dtype}; "
+            "give two floating-point stacks of the same shape (B, H, W)."
+        )
+    dtype = torch.promote_types(a.dtype, b.dtype)
+    if mask is None:
+        mask = torch.ones_like(a, dtype=torch.bool)
+    elif mask.dtype != torch.bool or tuple(mask.shape) not in {tuple(a.shape), tuple(a.shape[1:])}:
+        raise ValueError(
+            f"mask has shape {tuple(mask.shape)} and dtype {mask.dtype}; give booleans of shape "
+            f"{tuple(a.shape)} or {tuple(a.shape[1:])}."
+        )
+    return a.to(dtype), b.to(dtype), mask.expand_as(a)
+
+
+def _require_room(image: Tensor, needed: int, size: int) -> None:
+    """Refuse images in which no patch fits."""
+    if size < 1 or min(image.shape[1:]) < needed:
+        raise ValueError(
+            f"The images are {image.shape[1]} x {image.shape[2]} pixels; patches of {size} x {size} need "
+            f"{needed} or more a side."
+        )
