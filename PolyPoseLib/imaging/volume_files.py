@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.imaging.nifti_check import check_nifti
 
 if TYPE_CHECKING:
     import SimpleITK as sitk
@@ -42,6 +43,8 @@ def read_image(path: str | Path) -> sitk.Image:
                 f"{path}: {'x'.join(map(str, size))} voxels are too many to hold in memory; resample the "
                 "image to a coarser grid or crop it."
             )
+        if path.name.lower().endswith((".nii", ".nii.gz")):
+            check_nifti(path)
         return reader.Execute()
     except (RuntimeError, MemoryError) as error:
         raise InputError(_read_failure(path, str(error))) from error
