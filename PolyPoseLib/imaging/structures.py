@@ -124,6 +124,8 @@ def build_structures(
     Where two structures claim the same voxels, the smaller one keeps them, with a warning, up to
     OVERLAP_TOLERANCE of its own; more raises InputError. So do labels that the segmentation does not hold.
     """
+    if not groups:
+        raise InputError('"structures" is empty: name at least the anchor with its labels.')
     members = _members(segmentation, groups, table)
     names = tuple(groups)
     masks_of = _layer_lookup(segmentation, members, names)
