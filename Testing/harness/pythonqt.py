@@ -200,7 +200,7 @@ def _apply_conventions(module: types.ModuleType) -> None:
 
 
 def _outlive_lost_references() -> None:
-    """PySide drops one reference to True or False per signal or property; before Python 3.12 that ends badly."""
+    """PySide loses references to True and False with each signal and property; 3.12 made them immortal."""
     if sys.version_info < (3, 12):
         for value in (True, False):
             ctypes.c_ssize_t.from_address(id(value)).value += 1 << 40

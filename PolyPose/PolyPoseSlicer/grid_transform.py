@@ -1,0 +1,58 @@
+"""A displacement field as a grid transform node, in the direction in which images are resampled."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import slicer
+import vtk
+from vtk.util.numpy_support import numpy_to_vtk
+
+from .frames import flip_affine, flip_vectors, to_vtk
+
+
+def set_grid_transform(node: slicer.vtkMRMLTransformNode, vectors: np.ndarray, affine: np.ndarray) -> None:
+    """Make a transform node hold a displacement field from fixed to moving points.
+
+    vectors: (k, j, i, 3) mm along LPS axes; affine: (4, 4) from (i, j, k, 1) to fixed LPS mm.
+    The map goes from the node's parent (fixed, what the views show) to its content (moving).
+    """
+    to_ras = flip_affine(affine)
+    spacing = np.linalg.norm(to_ras[:3, :3], axis=0)
+    size = vectors.shape[2::-1]
+    grid = vtk.vtkImageData()
+    grid.SetDimensions(*map(int, size))
+    grid.SetSpacing(*spacing)
+    grid.SetOrigin(*to_ras[:3, 3])
+    values = np.ascontiguousarray(flip_vectors(vectors).reshape(-1, 3))
+    array = numpy_to_vtk(values, deep=True)
+    array.SetName("displacement")
+    grid.GetPointData().SetScalars(array)
+    direction = np.eye(4)
+    direction[:3, :3] = to_ras[:3, :3] / spacing
+    transform = slicer.vtkOrientedGridTransform()
+    transform.SetGridDirectionMatrix(to_vtk(direction))
+    transform.SetDisplacementGridData(grid)
+    transform.SetInterpolationModeToLinear()
+    node.SetAndObserveTransformFromParent(transform)
+
+
+def read_field(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
+    """Vectors (k, j, i, 3) and affine (4, 4) in LPS mm from the file of a displacement field (.h5, .nrrd).
+
+    Raises RuntimeError or ValueError when the file holds none.
+    """
+    import SimpleITK as sitk
+
+    path = str(path)
+    if path.lower().endswith((".h5", ".hdf5", ".tfm")):
+        image = sitk.DisplacementFieldTransform(sitk.ReadTransform(path)).GetDisplacementField()
+    else:
+        image = sitk.ReadImage(path)
+    if image.GetDimension() != 3 or image.GetNumberOfComponentsPerPixel() != 3:
+        raise ValueError(f"{path} holds no field of displacements.")
+    affine = np.eye(4)
+    affine[:3, :3] = np.array(image.GetDirection()).reshape(3, 3) * np.array(image.GetSpacing())
+    affine[:3, 3] = image.GetOrigin()
+    return sitk.GetArrayFromImage(image).astype(np.float32), affine

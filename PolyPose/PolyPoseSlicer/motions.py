@@ -1,0 +1,176 @@
+"""The bones' motions as people read them: a table, absolute or relative to one of the bones."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import slicer
+import vtk
+from slicer.i18n import tr as _
+
+from .frames import flip_vectors
+
+MOTIONS_ATTRIBUTE = "PolyPose.Motions"
+"""Attribute of the table node with all motions as JSON, so that they outlive the scene file."""
+
+_SIGNIFICANT_DECIMALS = 3
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The motion of one structure from the CT to the posture of the X-rays.
+
+    matrix: (4, 4) moving to fixed, LPS mm. centroid: (3,) of the structure in the CT, LPS mm, or None.
+    uncertainty: as in the result.
+    """
+
+    matrix: np.ndarray
+    centroid: np.ndarray | None = None
+    uncertainty: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True)
+class MotionRow:
+    """One line of the table: angle in degrees, unit axis and centroid displacement in mm, both in RAS."""
+
+    name: str
+    rotation_deg: float
+    axis: np.ndarray
+    translation_mm: np.ndarray
+    uncertainty: dict[str, float]
+
+
+def motion_rows(motions: Mapping[str, Motion], relative_to: str | None = None) -> list[MotionRow]:
+    """The lines of the table; relative_to names the structure that is held still, None the anchor's frame.
+
+    Relative motions have no uncertainty: that of two structures does not add up simply.
+    """
+    base = np.eye(4) if relative_to is None else np.linalg.inv(motions[relative_to].matrix)
+    return [_row(name, base @ each.matrix, each, relative_to is None) for name, each in motions.items()]
+
+
+def _row(name: str, matrix: np.ndarray, motion: Motion, absolute: bool) -> MotionRow:
+    rotation = matrix[:3, :3]
+    # Both formulas lose digits at one end of the range; atan2 of the two does not.
+    twist = np.array(
+        [
+            rotation[2, 1] - rotation[1, 2],
+            rotation[0, 2] - rotation[2, 0],
+            rotation[1, 0] - rotation[0, 1],
+        ]
+    )
+    angle = np.arctan2(np.linalg.norm(twist), np.trace(rotation) - 1.0)
+    centroid = np.zeros(3) if motion.centroid is None else motion.centroid
+    shift = rotation @ centroid + matrix[:3, 3] - centroid
+    uncertainty = flat_numbers(motion.uncertainty or {}) if absolute else {}
+    return MotionRow(
+        name, float(np.degrees(angle)), flip_vectors(_axis(rotation, twist)), flip_vectors(shift), uncertainty
+    )
+
+
+def _axis(rotation: np.ndarray, twist: np.ndarray) -> np.ndarray:
+    """The unit axis of a rotation, (3,); at half a turn the twist vanishes and the eigenvector is left."""
+    length = np.linalg.norm(twist)
+    if length > 1e-6:
+        return twist / length
+    if np.trace(rotation) > 0:
+        return np.array([0.0, 0.0, 1.0])
+    values, vectors = np.linalg.eigh((rotation + rotation.T) / 2)
+    return vectors[:, np.argmax(values)]
+
+
+def flat_numbers(fields: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
+    """The numbers of nested objects and lists, each under the names that lead to it."""
+    flat: dict[str, float] = {}
+    for key, value in fields.items():
+        name = f"{prefix} {key}".strip()
+        if isinstance(value, Mapping):
+            flat |= flat_numbers(value, name)
+        elif isinstance(value, (list, tuple, np.ndarray)):
+            flat |= flat_numbers({str(index): each for index, each in enumerate(value)}, name)
+        elif isinstance(value, (int, float)) and not isinstance(value, bool):
+            flat[name] = float(value)
+    return flat
+
+
+def fill_motion_table(
+    node: slicer.vtkMRMLTableNode, motions: Mapping[str, Motion], relative_to: str | None = None
+) -> None:
+    """Write the motions into a table node, replacing what it held."""
+    rows = motion_rows(motions, relative_to)
+    extra = list(dict.fromkeys(name for row in rows for name in row.uncertainty))
+    columns: dict[str, list] = {
+        _("Structure"): [row.name for row in rows],
+        _("Rotation [deg]"): [row.rotation_deg for row in rows],
+        _("Displacement [mm]"): [float(np.linalg.norm(row.translation_mm)) for row in rows],
+    }
+    for index, side in enumerate((_("to right [mm]"), _("to front [mm]"), _("upwards [mm]"))):
+        columns[side] = [float(row.translation_mm[index]) for row in rows]
+    for index, side in enumerate((_("Axis R"), _("Axis A"), _("Axis S"))):
+        columns[side] = [float(row.axis[index]) for row in rows]
+    for name in extra:
+        columns[_("Uncertainty: {name}").format(name=name)] = [
+            row.uncertainty.get(name, float("nan")) for row in rows
+        ]
+    set_table(node, columns)
+    node.SetAttribute(MOTIONS_ATTRIBUTE, motions_to_text(motions))
+
+
+def set_table(node: slicer.vtkMRMLTableNode, columns: Mapping[str, list]) -> None:
+    """Replace a table node's columns by lists of texts or numbers."""
+    was = node.StartModify()
+    node.RemoveAllColumns()
+    for name, values in columns.items():
+        text = bool(values) and isinstance(values[0], str)
+        array = vtk.vtkStringArray() if text else vtk.vtkDoubleArray()
+        array.SetName(name)
+        for value in values:
+            array.InsertNextValue(value if text else round(float(value), _SIGNIFICANT_DECIMALS + 3))
+        node.AddColumn(array)
+    node.SetUseColumnTitleAsColumnHeader(False)
+    node.EndModify(was)
+
+
+def motions_to_text(motions: Mapping[str, Motion]) -> str:
+    """All motions as JSON."""
+    return json.dumps(
+        {
+            name: {
+                "matrix": each.matrix.tolist(),
+                "centroid": None if each.centroid is None else each.centroid.tolist(),
+                "uncertainty": None if each.uncertainty is None else dict(each.uncertainty),
+            }
+            for name, each in motions.items()
+        }
+    )
+
+
+def motions_of(node: slicer.vtkMRMLTableNode | None) -> dict[str, Motion]:
+    """The motions that a table node was filled with, empty for any other node."""
+    text = node.GetAttribute(MOTIONS_ATTRIBUTE) if node is not None else None
+    return {
+        name: Motion(
+            np.array(each["matrix"], dtype=np.float64),
+            None if each["centroid"] is None else np.array(each["centroid"], dtype=np.float64),
+            each["uncertainty"],
+        )
+        for name, each in json.loads(text or "{}").items()
+    }
+
+
+def table_as_text(node: slicer.vtkMRMLTableNode, separator: str = "\t") -> str:
+    """A table node as lines of text with a header, for the clipboard (tabs) or a file (commas)."""
+    table = node.GetTable()
+    columns = [table.GetColumn(index) for index in range(table.GetNumberOfColumns())]
+    lines = [[column.GetName() for column in columns]]
+    for row in range(table.GetNumberOfRows()):
+        lines.append([column.GetVariantValue(row).ToString() for column in columns])
+    return "\n".join(separator.join(_quoted(cell, separator) for cell in line) for line in lines) + "\n"
+
+
+def _quoted(cell: str, separator: str) -> str:
+    return '"' + cell.replace('"', '""') + '"' if separator in cell or '"' in cell else cell
