@@ -35,9 +35,12 @@ class Options:
     epsilon: 1/mm^2, of the weights "epsilon" only.
     optimizer: of the joint stage.
     kernel: "numba" is the fused one, "torch" the plain one; "auto" takes what is installed.
+    composed: whether every bone is laid rigidly over the warped soft tissue in the warped CT.
     refine_cameras: whether cameras that are not known are refined by the anchor.
     uncertainty: whether confidence intervals are computed.
     transform_spacing_mm: grid of the displacement field, at most 4 mm.
+    composed: whether the warped CT is put together from rigid bones over warped soft tissue, instead of
+    warped smoothly throughout; bones that touch in the CT then part without being stretched.
     """
 
     preset: str = "default"
@@ -50,9 +53,11 @@ class Options:
     epsilon: float | None = None
     optimizer: str | None = None
     kernel: str = "auto"
+    composed: bool = False
     refine_cameras: bool = True
     uncertainty: bool = True
     transform_spacing_mm: float | None = None
+    composed: bool = False
 
     def __post_init__(self) -> None:
         """Check every value; raises InputError naming the option."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -154,7 +155,7 @@ def _draw_header(figure: Figure, result: Result, height: float) -> None:
     )
     verdict = textwrap.shorten(verdict, 130, placeholder=" ...")
     figure.text(0.13, 1 - 0.17 / height, verdict, fontsize=11, weight="bold", color=colour, va="top")
-    total = sum(result.seconds.values())
+    total = result.seconds.get("total") or sum(result.seconds.values())
     origin = (
         f"{len(result.cameras)} views, {len(result.structures)} structures, {total:.0f} s on {result.device}"
     )
@@ -201,7 +202,7 @@ def _draw_motions(axes: Axes, result: Result) -> None:
     axes.set_axis_off()
     axes.set_title("Motion from the CT to the X-rays (centroid, LPS)", fontsize=10, loc="left", color=_INK)
     header, rows = motion_rows(result)
-    widths = [0.25, 0.105, 0.12, 0.12, 0.12, 0.12, 0.165][: len(header)]
+    widths = [0.235, 0.1, 0.115, 0.115, 0.115, 0.115, 0.205][: len(header)]
     drawn = axes.table(rows, colLabels=header, colWidths=widths, loc="upper left", edges="horizontal")
     drawn.auto_set_font_size(False)
     drawn.set_fontsize(8.5 if len(rows) <= 14 else 7)
@@ -219,25 +220,22 @@ def motion_rows(result: Result) -> tuple[list[str], list[list[str]]]:
     uncertain = any(each.uncertainty for each in result.structures.values())
     rows = []
     for name, each in result.structures.items():
-        still = name == result.anchor
+        still = name == result.anchor or (
+            not result.anchor and np.array_equal(each.fixed_to_moving, np.eye(4))
+        )
         shift = np.asarray(each.translation_mm, dtype=np.float64)
         numbers = [f"{each.rotation_deg:.1f}°", *(f"{value:+.1f} mm" for value in shift)]
         numbers.append(f"{np.linalg.norm(shift):.1f} mm")
         row = [f"{name} (anchor)" if still else name, *(["-"] * 5 if still else numbers)]
         rows.append([*row, _interval(each.uncertainty)] if uncertain else row)
-    return ([*header, "95 % interval"] if uncertain else header), rows
+    return ([*header, "95 % along/across"] if uncertain else header), rows
 
 
-def _interval(uncertainty: object) -> str:
-    """The widest of a structure's 95 % intervals in mm, whatever their names."""
-    if not isinstance(uncertainty, dict):
+def _interval(uncertainty: Mapping[str, Any] | None) -> str:
+    """A structure's 95 % intervals along and across the viewing direction in mm."""
+    if not uncertainty or "along_mm" not in uncertainty or "across_mm" not in uncertainty:
         return "-"
-    values = [
-        float(np.max(np.abs(np.asarray(value, dtype=np.float64))))
-        for name, value in uncertainty.items()
-        if name.endswith("_mm") and np.size(value) and np.asarray(value).dtype.kind in "if"
-    ]
-    return f"±{max(values):.1f} mm" if values else "-"
+    return f"±{uncertainty['along_mm']:.1f} / ±{float(np.max(uncertainty['across_mm'])):.1f} mm"
 
 
 def _notes(result: Result) -> list[tuple[str, str]]:

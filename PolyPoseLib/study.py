@@ -31,7 +31,7 @@ class Study:
     anchor: the structure that defines the cameras; it does not move.
     xrays: at least one.
     options: as in the file; Options.from_dict(study.options) gives them with their defaults.
-    warnings: what was odd but not wrong.
+    warnings: what was odd but not wrong; each X-ray has its own besides.
     source_segmentation: the whole label map on the CT's grid (warped with the CT), or None when the
     segmentation
     has overlapping layers, which one label map cannot hold.
@@ -106,7 +106,7 @@ class Study:
             )
         except InputError as error:
             raise InputError(f'{path}: "structures": {error}') from error
-        warnings = (*odd_hounsfield_values(ct, fields["ct"]), *odd_structures, *_odd_xrays(xrays))
+        warnings = (*odd_hounsfield_values(ct, fields["ct"]), *odd_structures, *_few_views(xrays))
         for warning in warnings:
             _LOG.warning(warning)
         return cls(
@@ -130,18 +130,17 @@ def _read_xray(fields: Mapping[str, Any], where: str) -> Xray:
     except InputError as error:
         raise InputError(f"{where}: {error}") from error
     for line in xray.provenance:
-        _LOG.info("%s: %s", xray.name or path.name, line)
+        _LOG.info("%s: %s", xray.name, line)
+    for line in xray.warnings:
+        _LOG.warning("%s: %s", xray.name, line)
     return xray
 
 
-def _odd_xrays(xrays: tuple[Xray, ...]) -> tuple[str, ...]:
-    """The X-rays' own warnings, and one about a single view."""
-    warnings = [
-        f"{xray.name}: {warning}" if xray.name else warning for xray in xrays for warning in xray.warnings
-    ]
-    if len(xrays) == 1:
-        warnings.append("There is one X-ray only: how far a structure moved along its rays is poorly known.")
-    return tuple(warnings)
+def _few_views(xrays: tuple[Xray, ...]) -> tuple[str, ...]:
+    """A warning about a single view."""
+    if len(xrays) > 1:
+        return ()
+    return ("There is one X-ray only: how far a structure moved along its rays is poorly known.",)
 
 
 def _whole_label_map(segmentation: Segmentation, ct: Volume) -> Volume | None:

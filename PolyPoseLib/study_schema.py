@@ -81,8 +81,8 @@ def check(fields: Mapping[str, Any], name: str) -> None:
                 raise InputError(f'the field "{field}" is missing: add it.')
         _check_text(fields["ct"], "ct")
         _check_text(fields["segmentation"], "segmentation")
-        _check_structures(fields["structures"])
-        _check_anchor(fields["anchor"], fields["structures"])
+        check_structures(fields["structures"])
+        check_anchor(fields["anchor"], fields["structures"])
         _check_xrays(fields["xrays"])
         _check_optional(fields)
     except InputError as error:
@@ -103,7 +103,7 @@ def _check_version(fields: Mapping[str, Any]) -> None:
         )
 
 
-def _check_structures(structures: Any) -> None:
+def check_structures(structures: Any) -> None:
     """{name: [labels]}, each label a positive whole number or a segment's name."""
     if not isinstance(structures, dict):
         raise InputError(f'"structures" must be an object {{"name": [labels]}}, not {_kind(structures)}.')
@@ -125,7 +125,7 @@ def _check_structures(structures: Any) -> None:
                 )
 
 
-def _check_anchor(anchor: Any, structures: Mapping[str, Any]) -> None:
+def check_anchor(anchor: Any, structures: Mapping[str, Any]) -> None:
     """The anchor is one of the structures."""
     _check_text(anchor, "anchor")
     if anchor not in structures:

@@ -11,6 +11,7 @@ from PolyPoseLib.commands._arguments import add_options, add_progress, merged_op
 from PolyPoseLib.commands._console import progress_display, table
 from PolyPoseLib.errors import UntrustedResultError
 from PolyPoseLib.result import Result
+from PolyPoseLib.study import Study
 
 _LOG = logging.getLogger(__name__)
 
@@ -40,7 +41,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Register and save; raises UntrustedResultError after saving when the result must not be trusted."""
     from PolyPoseLib.result_files import check_destination
-    from PolyPoseLib.study import Study
 
     check_destination(arguments.output, arguments.overwrite)
     study = Study.load(arguments.study, allow_outside=arguments.allow_outside)
@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def register_with_progress(study, kind: str) -> Result:
+def register_with_progress(study: Study, kind: str) -> Result:
     """Register a study with its progress shown."""
     from PolyPoseLib.registration.pipeline import register
 
@@ -67,8 +67,9 @@ def register_with_progress(study, kind: str) -> Result:
         result = register(study, progress=display)
     finally:
         display.close()
+    known = {*study.warnings, *(f"{xray.name}: {text}" for xray in study.xrays for text in xray.warnings)}
     for warning in result.warnings:
-        if warning not in study.warnings:
+        if warning not in known:
             _LOG.warning(warning)
     return result
 

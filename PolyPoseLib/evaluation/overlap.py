@@ -1,0 +1,83 @@
+"""A result against a second segmentation, made on the patient as the X-rays saw it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.evaluation import metrics
+from PolyPoseLib.imaging.volume import Volume, resample_labels_onto
+
+if TYPE_CHECKING:
+    from PolyPoseLib.result import Result
+
+
+def score_segmentation(
+    result: Result | str | Path, segmentation: Volume | str | Path, names: Mapping[int, str] | None = None
+) -> dict[str, Any]:
+    """Score a result's warped labels against labels of the fixed frame that have the same numbers.
+
+    Args:
+        result: a result or the folder that holds one.
+        segmentation: label map in the fixed frame on any grid, or its file.
+        names: {label: name} for the table; the numbers themselves when None.
+
+    Returns:
+        A table that json can write: "labels" {name: {"dice": 0 to 1, "hd95_mm", "centroid_mm": distance of the
+        centroids}} for every label that either one has; "summary" {"mean_dice", "folds_percent",
+        "sd_log_jacobian"}.
+
+    Raises:
+        InputError: a file is not what it should be, or both have no label in common.
+
+    """
+    from PolyPoseLib.result import load_result
+    from PolyPoseLib.warp.dense import jacobian_determinant
+
+    result = load_result(result) if isinstance(result, (str, Path)) else result
+    fixed = _label_map(segmentation)
+    found = result.warped_labels
+    truth = resample_labels_onto(fixed, found)
+    labels = np.union1d(np.unique(truth.voxels), np.unique(found.voxels))
+    common = np.intersect1d(np.unique(truth.voxels), np.unique(found.voxels))
+    if not (common > 0).any():
+        raise InputError(
+            "The second segmentation and the warped labels have no label in common: use the same numbers in both."
+        )
+    table = {}
+    for label in labels[labels > 0].tolist():
+        masks = truth.voxels == label, found.voxels == label
+        both = masks[0].any() and masks[1].any()
+        centroids = [metrics.mask_points(mask, found.affine).mean(0) for mask in masks] if both else None
+        table[(names or {}).get(label, str(label))] = {
+            "dice": metrics.dice(*masks),
+            "hd95_mm": metrics.hausdorff95(*masks, found.affine) if both else float("nan"),
+            "centroid_mm": float(np.linalg.norm(centroids[0] - centroids[1])) if centroids else float("nan"),
+        }
+    determinant = jacobian_determinant(result.transform)
+    return {
+        "labels": table,
+        "summary": {
+            "mean_dice": float(np.mean([each["dice"] for each in table.values()])),
+            "folds_percent": metrics.fold_percentage(determinant),
+            "sd_log_jacobian": metrics.sd_log_jacobian(determinant),
+        },
+    }
+
+
+def _label_map(segmentation: Volume | str | Path) -> Volume:
+    """The one layer of a segmentation."""
+    from PolyPoseLib.imaging.segmentation import Segmentation, read_segmentation
+
+    read = (
+        Segmentation.from_labels(segmentation)
+        if isinstance(segmentation, Volume)
+        else read_segmentation(segmentation)
+    )
+    if read.has_layers:
+        raise InputError(f"{read.source}: the segmentation has overlapping layers: export it as a label map.")
+    return read.layers[0]
