@@ -208,17 +208,26 @@ def _joint_histogram(position_a: Tensor, position_b: Tensor, mask: Tensor, bins:
 
 def _joint_of_chunk(pair: Tensor, bins: int) -> Tensor:
     """Joint histogram (bins, bins) of positions (2, N)."""
-    centres = torch.arange(bins, dtype=pair.dtype, device=pair.device)
-    windows = _cubic_spline(pair[..., None] - centres)
-    return windows[0].T @ windows[1]
+    first = pair.detach().floor().clamp(max=bins - 3)
+    windows = _cubic_spline_weights(pair - first)
+    index = (first.long() - 1)[..., None] + torch.arange(4, device=pair.device)
+    spread = windows.new_zeros(*pair.shape, bins).scatter(-1, index, windows)
+    return spread[0].T @ spread[1]
 
 
-def _cubic_spline(distance: Tensor) -> Tensor:
-    """Cubic B-spline at a distance from its centre in units of its knots."""
-    distance = distance.abs()
-    near = (4 - 6 * distance**2 + 3 * distance**3) / 6
-    far = (2 - distance).clamp(min=0) ** 3 / 6
-    return torch.where(distance < 1, near, far)
+def _cubic_spline_weights(t: Tensor) -> Tensor:
+    """Weights (..., 4) of the cubic B-splines centred at -1, 0, 1 and 2 for positions t (...) in [0, 1]."""
+    rest, squared = 1 - t, t * t
+    cubed = squared * t
+    return torch.stack(
+        [
+            rest * rest * rest,
+            4 - 6 * squared + 3 * cubed,
+            1 + 3 * t + 3 * squared - 3 * cubed,
+            cubed,
+        ],
+        dim=-1,
+    ).div(6)
 
 
 def _entropy(probability: Tensor) -> Tensor:

@@ -125,7 +125,7 @@ def _integrate(
 ) -> Tensor:
     """Integrals (R,) over depth from enter to leave by the midpoint rule with counts (R,) samples."""
     size = origins.new_tensor(volume.shape[::-1])
-    # align_corners=False: -1 and 1 are the faces of the box, half a voxel beyond the outer centres
+    # without aligned corners -1 and 1 are the faces of the box, half a voxel beyond the outer centres
     start = (2 * (origins + enter[:, None] * directions) + 1) / size - 1
     span = 2 * ((leave - enter)[:, None] * directions) / size
     number = torch.arange(int(counts.max()), dtype=volume.dtype, device=volume.device)

@@ -1,10 +1,13 @@
 """SE(3) stated as a group: axioms, round trips and derivatives, with scipy as the judge."""
 
+import math
+
 import numpy as np
 import pytest
 import torch
 from scipy.linalg import expm, logm
 from scipy.spatial.transform import Rotation
+from scipy.special import bernoulli
 
 from PolyPoseLib.geometry import se3
 
@@ -174,6 +177,12 @@ def test_gradients_are_finite_at_zero_and_pi(dtype):
         se3.log(motion).square().sum().backward()
         assert torch.isfinite(v.grad).all()
         assert torch.isfinite(motion.grad).all()
+
+
+def test_coefficients_of_the_cotangent_are_bernoulli_numbers():
+    even = np.abs(bernoulli(16)[2::2])
+    expected = even / np.array([float(math.factorial(2 * n)) for n in range(1, 9)])
+    np.testing.assert_allclose(se3._COTANGENT, expected, rtol=1e-10)
 
 
 def test_second_derivatives_are_right():

@@ -5,6 +5,7 @@ import importlib.util
 import numpy as np
 import pytest
 import torch
+from scipy.ndimage import map_coordinates
 from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.geometry import se3
@@ -95,6 +96,28 @@ def test_uniform_box_is_the_chord_of_the_voxels_faces(view):
     image = drr(np.full(shape, 0.02), grid_affine(shape, spacing), camera)
     np.testing.assert_allclose(image, 0.02 * chord, atol=1e-11)
     assert image.min() == 0 < image.max()
+
+
+@pytest.mark.parametrize("step_mm", [7.0, 2.0])
+def test_each_ray_is_a_midpoint_sum_of_trilinear_samples(step_mm):
+    voxels, affine = (tensor.numpy() for tensor in random_case())
+    camera = camera_at("tilted", 8, 9, field_mm=60)
+    to_index = np.linalg.inv(affine)
+    origin = to_index[:3, :3] @ camera.source + to_index[:3, 3]
+    expected = np.zeros((8, 9))
+    for pixel, ray in zip(np.ndindex(8, 9), unit_rays(camera).reshape(-1, 3), strict=True):
+        direction = to_index[:3, :3] @ ray
+        faces = np.stack(
+            [(-0.5 - origin) / direction, (np.array(voxels.shape[::-1]) - 0.5 - origin) / direction]
+        )
+        near, far = faces.min(axis=0).max(), faces.max(axis=0).min()
+        count = int(np.ceil((far - near) / step_mm)) if far > near else 0
+        marks = near + (np.arange(count) + 0.5) * (far - near) / max(count, 1)
+        points = origin + marks[:, None] * direction
+        samples = map_coordinates(voxels.astype(float), points[:, ::-1].T, order=1, mode="nearest")
+        expected[pixel] = samples.sum() * (far - near) / max(count, 1)
+    assert (expected > 0).mean() > 0.5
+    np.testing.assert_allclose(drr(voxels, affine, camera, step_mm=step_mm), expected, rtol=1e-10, atol=1e-12)
 
 
 @pytest.mark.parametrize("view", VIEWS)
