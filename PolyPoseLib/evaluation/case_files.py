@@ -166,19 +166,46 @@ def _write_xray(
 ) -> dict[str, Any]:
     """Write one view and return its entry in the study."""
     given = _given_camera(case, number, camera)
-    image = case.images[number]
-    entry: dict[str, Any] = {"image": f"xray_{number + 1}.nii.gz", "name": f"view {number + 1}"}
-    _write_nifti(image, folder / entry["image"])
-    spacing = _pixel_spacing(given, source_to_detector_mm)
-    entry |= {
-        "intensity": "line_integral",
-        "source_to_detector_mm": source_to_detector_mm,
-        "pixel_spacing_mm": list(spacing),
-        "principal_point_px": given.intrinsics[:2, 2].tolist(),
-    }
+    entry: dict[str, Any] = {"name": f"view {number + 1}"}
+    centre = [(given.width - 1) / 2, (given.height - 1) / 2]
+    if image_format == "nifti":
+        entry["image"] = f"xray_{number + 1}.nii.gz"
+        _write_nifti(case.images[number], folder / entry["image"])
+        entry |= {
+            "intensity": "line_integral",
+            "source_to_detector_mm": source_to_detector_mm,
+            "pixel_spacing_mm": list(_pixel_spacing(given, source_to_detector_mm)),
+        }
+    else:
+        entry["image"] = f"xray_{number + 1}.dcm"
+        _write_dicom(case, number, folder / entry["image"], given, source_to_detector_mm)
+    if not np.allclose(given.intrinsics[:2, 2], centre, atol=1e-6):
+        entry["principal_point_px"] = given.intrinsics[:2, 2].tolist()
     if camera != "absent":
         entry |= {"extrinsic": given.extrinsic.tolist(), "camera": camera}
     return entry
+
+
+def _write_dicom(
+    case: SimulatedCase, number: int, path: Path, given: Camera, source_to_detector_mm: float
+) -> None:
+    """Write one view as XA in the bits that were measured; its angles are those of the camera given."""
+    from PolyPoseLib.imaging.xray_writer import write_xray_dicom
+
+    physics = case.options.physics
+    write_xray_dicom(
+        path,
+        case.images[number],
+        source_to_detector_mm=source_to_detector_mm,
+        pixel_spacing_mm=_pixel_spacing(given, source_to_detector_mm),
+        source_to_isocenter_mm=float(np.linalg.norm(given.source - case.ct.bounds_center)),
+        extrinsic=given.extrinsic,
+        bits=max(physics.bits, 8) if physics.bits else 16,
+        encoding=physics.encoding,
+        saturation=physics.saturation,
+        description=f"view {number + 1}",
+        study=f"simulated case {case.seed}",
+    )
 
 
 def _write_nifti(image: np.ndarray, path: Path) -> None:

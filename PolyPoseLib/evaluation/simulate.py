@@ -87,6 +87,7 @@ class SimulatedCase:
     fixed_source_labels: Volume | None
     joints: dict[str, JointMotion]
     statistics: dict
+    options: SimulationOptions
     seed: int
 
 
@@ -163,6 +164,7 @@ def simulate_case(
         else Volume(np.ascontiguousarray(grid.core(posed.source_labels)), ct.affine),
         joints=joints,
         statistics=_statistics(ct, structures, fixed_to_moving, posed.overlap, posed.folds_percent),
+        options=options,
         seed=seed,
     )
 

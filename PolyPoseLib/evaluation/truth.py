@@ -11,6 +11,7 @@ import numpy as np
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera, require_rigid
+from PolyPoseLib.imaging.label_names import structure_of
 from PolyPoseLib.imaging.volume import Volume, read_volume, write_volume
 from PolyPoseLib.warp.field import DisplacementField
 
@@ -36,8 +37,8 @@ class Truth:
     fixed_to_moving: {structure: (4, 4)} LPS mm. cameras: the true ones.
     moving_labels, fixed_labels: structure numbers in the CT's posture and in the X-rays', on the CT's grid.
     fixed_ct: HU in the X-rays' posture. field: displacement fixed -> moving, soft tissue included.
-    moving_organs, fixed_organs: labels of what is no structure, or None. organ_names: {label: name}.
-    statistics: numbers of the simulation. seed: of the simulation.
+    moving_organs, fixed_organs: labels of what is neither structure nor bone, or None. organ_names: {label:
+    name}. statistics: numbers of the simulation. seed: of the simulation.
     """
 
     names: tuple[str, ...]
@@ -56,7 +57,7 @@ class Truth:
 
     @classmethod
     def from_case(cls, case: SimulatedCase, organ_names: dict[int, str] | None = None) -> Truth:
-        """The truth of a case; organ_names {label: name} names its source labels."""
+        """The truth of a case; organ_names {label: name} names its source labels, bones are left out."""
         moving, fixed = case.source_labels, case.fixed_source_labels
         organs, names = (None, None), {}
         if moving is not None and fixed is not None:
@@ -64,6 +65,7 @@ class Truth:
             numbers = [int(n) for n in np.unique(moving.voxels[soft])]
             bones = {int(n) for n in np.unique(moving.voxels[case.structures.labels > 0])}
             names = {n: (organ_names or {}).get(n, f"label {n}") for n in numbers if n not in bones}
+            names = {n: name for n, name in names.items() if structure_of(name) is None}
             keep = np.array(list(names), dtype=np.int64)
             organs = tuple(
                 volume.with_voxels(np.where(np.isin(volume.voxels, keep), volume.voxels, 0))
