@@ -23,6 +23,7 @@ from PolyPoseLib.imaging.volume import Volume, hounsfield_to_attenuation
 from PolyPoseLib.warp.field import DisplacementField
 
 if TYPE_CHECKING:
+    from PolyPoseLib.evaluation.posed_ct import PosedCt
     from PolyPoseLib.imaging.structures import Structures
 
 INITIAL_ROTATION_DEG = 4.0
@@ -69,7 +70,7 @@ class SimulatedCase:
     fixed_labels (structure numbers) on the CT's grid, field (soft field on its nodes, rigid in bones),
     clean_images. fixed_source_labels is the full segmentation in the fixed posture when one was given.
     joints tells how the motions were drawn, when they were. statistics: numbers per structure and for the
-    case (rest TRE in mm, overlap, folds in percent).
+    case (rest TRE in mm, overlap, share in each view, folds in percent).
     """
 
     ct: Volume
@@ -163,7 +164,7 @@ def simulate_case(
         if posed.source_labels is None
         else Volume(np.ascontiguousarray(grid.core(posed.source_labels)), ct.affine),
         joints=joints,
-        statistics=_statistics(ct, structures, fixed_to_moving, posed.overlap, posed.folds_percent),
+        statistics=_statistics(ct, structures, fixed_to_moving, cameras, posed),
         options=options,
         seed=seed,
     )
@@ -213,6 +214,13 @@ def perturbed_camera(
     return camera.with_extrinsic(camera.extrinsic @ error)
 
 
+def share_in_view(camera: Camera, points: np.ndarray) -> float:
+    """Share (0 to 1) of points (N, 3) in LPS mm that fall onto the detector."""
+    pixels = camera.project(points)
+    inside = (pixels >= -0.5) & (pixels < np.array([camera.width, camera.height]) - 0.5)
+    return float(inside.all(axis=1).mean())
+
+
 def _check(
     ct: Volume,
     structures: Structures,
@@ -239,17 +247,19 @@ def _check(
 
 
 def _statistics(
-    ct: Volume, structures: Structures, poses: dict[str, np.ndarray], overlap: dict[str, float], folds: float
+    ct: Volume, structures: Structures, poses: dict[str, np.ndarray], cameras: list[Camera], posed: PosedCt
 ) -> dict:
-    """Rest TRE (mean and largest distance that voxels travel, mm), overlap and folds."""
+    """Rest TRE (mean and largest distance that voxels travel, mm), overlap, share of voxels in view, folds."""
     table = {}
     for name, points in structure_points(structures, ct.affine).items():
-        travel = np.linalg.norm(apply(np.linalg.inv(poses[name]), points) - points, axis=1)
+        fixed = apply(np.linalg.inv(poses[name]), points)
+        travel = np.linalg.norm(fixed - points, axis=1)
         turn = np.degrees(np.arccos(np.clip((np.trace(poses[name][:3, :3]) - 1) / 2, -1, 1)))
         table[name] = {
             "rest_tre_mean_mm": float(travel.mean()),
             "rest_tre_max_mm": float(travel.max()),
             "rotation_deg": float(turn),
-            "overlap": overlap.get(name, 0.0),
+            "overlap": posed.overlap.get(name, 0.0),
+            "in_view": [share_in_view(camera, fixed) for camera in cameras],
         }
-    return {"structures": table, "folds_percent_outside_bones": folds}
+    return {"structures": table, "folds_percent_outside_bones": posed.folds_percent}
