@@ -35,9 +35,9 @@ def initial_camera(scene: Scene, xray: Xray, backend: Backend, monitor: Monitor,
     An extrinsic in the study is taken as it is; one guessed from DICOM is the centre of a search within its own
     radius; without either, the camera is searched for.
     """
-    from PolyPoseLib.registration.search import search_camera
-
     if xray.extrinsic is not None and xray.initial_radius is None:
         camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)
         return Guess(camera, True, GIVEN_RADIUS, "the guess given in the study")
+    from PolyPoseLib.registration.search import search_camera
+
     return search_camera(scene, xray, backend, monitor, stage)

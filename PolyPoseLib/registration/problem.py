@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.registration.local_contrast import LocalContrast, NormalisedImage
+from PolyPoseLib.registration.local_contrast import LocalContrast
 from PolyPoseLib.registration.rigid_motion import about, adjoint_of_correction, perturbation
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, BodyProjection, project_body
@@ -48,6 +48,15 @@ class Normal:
     cost: float
     matrix: np.ndarray | None
     gradient: np.ndarray | None
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """residual: (H, W); columns: (p,) numbers of the unknowns it depends on; jacobian: (p, H, W)."""
+
+    residual: np.ndarray
+    columns: np.ndarray
+    jacobian: np.ndarray
 
 
 class RigidProblem:
@@ -123,55 +132,49 @@ class RigidProblem:
         gradient = np.zeros(self.size)
         costs = []
         for n, view in enumerate(self.views):
-            image, projections = self.render(state, n, jacobian=True)
-            normalised = view.contrast.normalise(image)
-            residual = normalised.values - view.target
-            costs.append(self._view_cost(residual, view))
-            self._accumulate(state, n, normalised, residual, projections, matrix, gradient)
+            linear = self.linearise(state, n)
+            costs.append(self._view_cost(linear.residual, view))
+            if not len(linear.columns):
+                continue
+            used = view.weight > 0
+            scale = 1.0 / (len(self.views) * max(float(view.weight.sum()), 1e-6))
+            jacobian = linear.jacobian[:, used]
+            weighted = jacobian * view.weight[used]
+            matrix[np.ix_(linear.columns, linear.columns)] += scale * (weighted @ jacobian.T)
+            gradient[linear.columns] += scale * (weighted @ linear.residual[used])
         return Normal(self._mean(costs), matrix, gradient)
 
-    def _accumulate(
-        self,
-        state: State,
-        view_index: int,
-        normalised: NormalisedImage,
-        residual: np.ndarray,
-        projections: list[BodyProjection],
-        matrix: np.ndarray,
-        gradient: np.ndarray,
-    ) -> None:
+    def linearise(self, state: State, view_index: int) -> Linearised:
+        """Residual of a view and its derivative by those unknowns that the view depends on."""
         view = self.views[view_index]
+        image, projections = self.render(state, view_index, jacobian=True)
+        normalised = view.contrast.normalise(image)
+        residual = normalised.values - view.target
         shape = residual.shape
-        scale = 1.0 / (len(self.views) * max(float(view.weight.sum()), 1e-6))
         columns, blocks = [], []
         camera_free = view_index in self.free_cameras
-        camera_block = np.zeros((6, *shape), np.float32) if camera_free else None
+        camera_change = np.zeros((6, *shape), np.float32) if camera_free else None
         for k, projection in enumerate(projections):
             if projection.jacobian is None or projection.image.size == 0:
                 continue
             if k in self.free_poses:
                 change, window = view.contrast.derivative(normalised, projection.jacobian, projection.window)
-                full = np.zeros((6, *shape), np.float32)
-                full[:, window[0] : window[1], window[2] : window[3]] = change
-                blocks.append(full)
+                block = np.zeros((6, *shape), np.float32)
+                block[:, window[0] : window[1], window[2] : window[3]] = change
+                blocks.append(block)
                 columns.append(6 * self.free_poses.index(k))
-            if camera_block is not None:
+            if camera_change is not None:
                 spread = adjoint_of_correction(state.poses[k], self.bodies[k].centre, self.camera_centre)
                 row0, row1, column0, column1 = projection.window
                 moved = np.tensordot(spread.T.astype(np.float32), projection.jacobian, 1)
-                camera_block[:, row0:row1, column0:column1] += moved
-        if camera_block is not None:
-            change, _ = view.contrast.derivative(normalised, camera_block, (0, shape[0], 0, shape[1]))
+                camera_change[:, row0:row1, column0:column1] += moved
+        if camera_change is not None:
+            change, _ = view.contrast.derivative(normalised, camera_change, (0, shape[0], 0, shape[1]))
             blocks.append(change)
             columns.append(6 * (len(self.free_poses) + self.free_cameras.index(view_index)))
-        if not blocks:
-            return
-        used = view.weight > 0
-        stacked = np.concatenate([block[:, used] for block in blocks])
-        weighted = stacked * view.weight[used]
-        index = np.concatenate([np.arange(c, c + 6) for c in columns])
-        matrix[np.ix_(index, index)] += scale * (weighted @ stacked.T)
-        gradient[index] += scale * (weighted @ residual[used])
+        index = [first + n for first in columns for n in range(6)]
+        jacobian = np.concatenate(blocks) if blocks else np.zeros((0, *shape), np.float32)
+        return Linearised(residual, np.array(index, int), jacobian)
 
     @staticmethod
     def _view_cost(residual: np.ndarray, view: View) -> float:

@@ -1,0 +1,90 @@
+"""From poses and cameras to what a result holds: the dense transform, warped volumes and renderings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.imaging.volume import Volume
+from PolyPoseLib.registration.scene import WORKING_MM, Scene
+from PolyPoseLib.registration.soft_tissue import SoftTissue
+from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.rendering.rigid import project_body
+from PolyPoseLib.study import Study
+from PolyPoseLib.warp.composition import compose_warped_ct, compose_warped_labels
+from PolyPoseLib.warp.dense import AnyWarp, displacement_field, warp_labels, warp_volume
+from PolyPoseLib.warp.field import DisplacementField, covering_grid
+from PolyPoseLib.warp.weights import distance_maps
+
+TRANSFORM_MM = 3.0
+"""Grid of the transform that is handed out."""
+
+MARGIN_MM = 20.0
+"""How far the transform reaches beyond the CT: anatomy moves out of it."""
+
+LARGEST_RENDERING = 1024
+"""Renderings are made at most this many pixels wide and interpolated to larger X-rays."""
+
+EXACT_WORK = 3e7
+"""Voxels times structures up to which volumes are warped point by point instead of through the transform."""
+
+
+@dataclass(frozen=True)
+class Warped:
+    """transform: fixed to moving; ct: HU; labels: as in the study's segmentation."""
+
+    transform: DisplacementField
+    ct: Volume
+    labels: Volume
+
+
+def warp_study(
+    study: Study, soft: SoftTissue, poses: np.ndarray, spacing_mm: float, composed: bool
+) -> Warped:
+    """The dense transform, and the CT and its labels in the fixed frame.
+
+    poses: (K, 4, 4); composed: lay every bone rigidly over the warped soft tissue instead of warping all alike.
+    """
+    distances = distance_maps(study.structures, study.ct.affine)
+    exact = soft.warp(distances, poses)
+    affine, shape = covering_grid(study.ct.affine, study.ct.shape, spacing_mm, MARGIN_MM)
+    transform = displacement_field(exact, affine, shape)
+    small = study.ct.voxels.size * len(study.structures.names) <= EXACT_WORK
+    warp: AnyWarp = exact if small else transform
+    labels = study.source_segmentation or Volume(study.structures.labels, study.ct.affine)
+    if composed:
+        ct = compose_warped_ct(study.ct, study.structures, poses, warp)
+        return Warped(transform, ct, compose_warped_labels(labels, study.structures, poses, warp))
+    return Warped(transform, warp_volume(study.ct, warp), warp_labels(labels, warp))
+
+
+def render_views(
+    scene: Scene, soft: SoftTissue, cameras: Sequence[Camera], poses: np.ndarray, backend: Backend
+) -> list[np.ndarray]:
+    """Line integrals (H, W) float32 of every view, bones and soft tissue posed by ``poses`` (K, 4, 4)."""
+    field = soft.coarse_field(poses)
+    images = []
+    for camera in cameras:
+        factor = max(1, -(-max(camera.height, camera.width) // LARGEST_RENDERING))
+        small = camera.binned(factor) if factor > 1 else camera
+        image = soft.render(field, small, np.eye(4), WORKING_MM, backend)
+        for body, pose in zip(scene.bodies(WORKING_MM), poses, strict=True):
+            part = project_body(body, small, pose, WORKING_MM, backend)
+            row0, row1, column0, column1 = part.window
+            image[row0:row1, column0:column1] += part.image
+        images.append(_enlarged(image, camera, factor))
+    return images
+
+
+def _enlarged(image: np.ndarray, camera: Camera, factor: int) -> np.ndarray:
+    """Undo a camera's binning by linear interpolation between the blocks' centres."""
+    if factor == 1:
+        return image
+    rows = (np.arange(camera.height) + 0.5) / factor - 0.5
+    columns = (np.arange(camera.width) + 0.5) / factor - 0.5
+    grid = np.meshgrid(rows, columns, indexing="ij")
+    return map_coordinates(image, grid, order=1, mode="nearest").astype(np.float32)

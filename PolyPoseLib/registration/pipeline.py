@@ -1,0 +1,229 @@
+"""The whole registration: a study goes in, a result comes out."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.options import Options
+from PolyPoseLib.progress import CancelQuery, ProgressCallback
+from PolyPoseLib.registration.camera_guess import initial_camera
+from PolyPoseLib.registration.cameras import find_camera
+from PolyPoseLib.registration.joint import JointResult, fit_structures
+from PolyPoseLib.registration.levels import Measured
+from PolyPoseLib.registration.monitor import Monitor
+from PolyPoseLib.registration.outputs import TRANSFORM_MM, render_views, warp_study
+from PolyPoseLib.registration.presets import PRESETS, Preset
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.registration.soft_tissue import SoftTissue
+from PolyPoseLib.registration.trust import Judgement, hidden_structures, judge, reasons_for_distrust
+from PolyPoseLib.registration.uncertainty import PoseUncertainty, pose_uncertainties
+from PolyPoseLib.rendering.backend import Backend, select_backend
+from PolyPoseLib.result import CameraResult, Result, StructureResult
+from PolyPoseLib.study import Study
+from PolyPoseLib.versions import installed_versions
+from PolyPoseLib.warp.field import DisplacementField
+
+
+def register(
+    study: Study, progress: ProgressCallback | None = None, cancel: CancelQuery | None = None
+) -> Result:
+    """Find every camera and the motion of every structure.
+
+    Args:
+        study: valid by construction.
+        progress: called after every iteration.
+        cancel: asked at every iteration.
+
+    Returns:
+        The result; ``result.distrust`` says why it must not be trusted, when it must not.
+
+    Raises:
+        InputError: an option that cannot be met on this machine.
+        CancelledError: ``cancel`` returned True.
+
+    """
+    options = Options.from_dict(study.options)
+    monitor = Monitor(progress, cancel)
+    device = resolve_device(options.device)
+    backend = select_backend(options.kernel, device, options.threads)
+    preset = PRESETS["default" if options.preset == "paper" else options.preset]
+    monitor.step("preparing", 0, 1, None)
+    with monitor.timed("preparing"):
+        scene = Scene(study.ct, study.structures, study.anchor)
+        soft = _soft_tissue(scene, options, preset)
+    found = _Cameras.find(study, scene, preset, options, backend, monitor)
+    rest = np.stack([np.eye(4)] * len(scene.names))
+    with monitor.timed("judging"):
+        before = judge(scene, soft, found.initial, rest, backend)
+    with monitor.timed("bones"):
+        joint = _fit_bones(scene, soft, found, rest, options, preset, backend, monitor)
+    measured = [Measured(m.image, m.mask, c) for m, c in zip(found.refined, joint.cameras, strict=True)]
+    with monitor.timed("judging"):
+        after = judge(scene, soft, measured, joint.poses, backend)
+    with monitor.timed("uncertainty"):
+        doubts = pose_uncertainties(joint.problem, joint.state) if options.uncertainty else {}
+    return _assemble(
+        study, options, scene, soft, found, joint, before, after, doubts, rest, device, backend, monitor
+    )
+
+
+def resolve_device(device: str) -> str:
+    """The device to use ("cpu" or "cuda"); raises InputError when CUDA is asked for but not there."""
+    if device == "cpu":
+        return "cpu"
+    import torch
+
+    if torch.cuda.is_available():
+        return "cuda"
+    if device == "cuda":
+        raise InputError(
+            'Option "device" is "cuda", but torch finds no CUDA device: give "cpu", or install a CUDA build of torch.'
+        )
+    return "cpu"
+
+
+@dataclass(frozen=True)
+class _Cameras:
+    """initial, refined: the X-rays with their cameras before and after stage A; free: those that may move."""
+
+    initial: list[Measured]
+    refined: list[Measured]
+    free: list[int]
+    warnings: list[str]
+
+    @classmethod
+    def find(
+        cls, study: Study, scene: Scene, preset: Preset, options: Options, backend: Backend, monitor: Monitor
+    ) -> _Cameras:
+        """Stage A for every X-ray."""
+        initial, refined, free, warnings = [], [], [], []
+        for n, xray in enumerate(study.xrays):
+            stage = f"camera {xray.name or n + 1}"
+            with monitor.timed(stage):
+                if xray.camera == "known":
+                    camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)
+                else:
+                    guess = initial_camera(scene, xray, backend, monitor, stage)
+                    camera = guess.camera
+                    warnings.extend(guess.warnings)
+                first = Measured(xray.image, xray.mask, camera)
+                if xray.camera != "known" and options.refine_cameras:
+                    free.append(n)
+                    camera = find_camera(scene, first, preset.camera_levels, backend, monitor, stage)
+                initial.append(first)
+                refined.append(Measured(xray.image, xray.mask, camera))
+        return cls(initial, refined, free, warnings)
+
+
+def _soft_tissue(scene: Scene, options: Options, preset: Preset) -> SoftTissue:
+    return SoftTissue(
+        scene,
+        options.weight_frame or preset.weight_frame,
+        options.weights or preset.weights,
+        options.epsilon or 0.1,
+    )
+
+
+def _fit_bones(
+    scene: Scene,
+    soft: SoftTissue,
+    found: _Cameras,
+    rest: np.ndarray,
+    options: Options,
+    preset: Preset,
+    backend: Backend,
+    monitor: Monitor,
+) -> JointResult:
+    preview = _preview_writer(Path(options.preview)) if options.preview else None
+    return fit_structures(
+        scene, soft, found.refined, rest, found.free, preset.joint_levels, backend, monitor, preview
+    )
+
+
+def _preview_writer(path: Path) -> Callable[[DisplacementField], str | None]:
+    """Replace the preview file as a whole, so that a reader never sees half of it."""
+
+    def write(field: DisplacementField) -> str | None:
+        temporary = path.with_name(f".{uuid.uuid4().hex[:8]}-{path.name}")
+        try:
+            field.write_transform(temporary)
+            os.replace(temporary, path)
+        finally:
+            temporary.unlink(missing_ok=True)
+        return str(path)
+
+    return write
+
+
+def _assemble(
+    study: Study,
+    options: Options,
+    scene: Scene,
+    soft: SoftTissue,
+    found: _Cameras,
+    joint: JointResult,
+    before: Judgement,
+    after: Judgement,
+    doubts: dict[int, PoseUncertainty],
+    rest: np.ndarray,
+    device: str,
+    backend: Backend,
+    monitor: Monitor,
+) -> Result:
+    monitor.step("warping", 0, 1, None)
+    with monitor.timed("warping"):
+        spacing = options.transform_spacing_mm or TRANSFORM_MM
+        warped = warp_study(study, soft, joint.poses, spacing, options.composed)
+    monitor.step("rendering", 0, 1, None)
+    with monitor.timed("rendering"):
+        first = render_views(scene, soft, [m.camera for m in found.initial], rest, backend)
+        last = render_views(scene, soft, joint.cameras, joint.poses, backend)
+    names = [xray.name or f"X-ray {n + 1}" for n, xray in enumerate(study.xrays)]
+    cameras = [
+        CameraResult(camera.intrinsics, camera.extrinsic, camera.height, camera.width, similarity, name)
+        for camera, similarity, name in zip(joint.cameras, after.similarities, names, strict=True)
+    ]
+    monitor.seconds["total"] = monitor.elapsed
+    result = Result(
+        structures=_structures(scene, joint, doubts),
+        cameras=cameras,
+        history=monitor.history,
+        seconds=monitor.seconds,
+        device=f"{device}, {backend.name}",
+        versions=installed_versions(),
+        warnings=[*study.warnings, *_xray_warnings(study), *found.warnings, *hidden_structures(scene, after)],
+        warped_ct=warped.ct,
+        warped_labels=warped.labels,
+        transform=warped.transform,
+        renderings_before=first,
+        renderings_after=last,
+        xray_images=[xray.image for xray in study.xrays],
+        xray_masks=[xray.mask for xray in study.xrays],
+        distrust=reasons_for_distrust(scene, names, before, after, joint.poses),
+    )
+    monitor.step("done", 1, 1, float(np.mean(after.similarities)))
+    return result
+
+
+def _xray_warnings(study: Study) -> list[str]:
+    return [f"{xray.name}: {warning}" for xray in study.xrays for warning in xray.warnings]
+
+
+def _structures(
+    scene: Scene, joint: JointResult, doubts: dict[int, PoseUncertainty]
+) -> dict[str, StructureResult]:
+    cameras: Sequence[Camera] = joint.cameras
+    structures = {}
+    for k, name in enumerate(scene.names):
+        pose, centre = joint.poses[k], scene.centres[k]
+        doubt = doubts[k].to_dict(list(cameras), pose, centre) if k in doubts else None
+        structures[name] = StructureResult.from_pose(pose, centre, doubt)
+    return structures
