@@ -1,0 +1,250 @@
+"""The detector of one X-ray: distance, pixel pitch and principal point, each with its origin.
+
+What K needs is the pitch at the detector's plane. DICOM says it in Imager Pixel Spacing (0018,1164); Pixel
+Spacing (0028,0030) may have been calibrated to the patient (PS3.3 10.7.1) and is never taken for it in
+silence.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.camera import intrinsics_matrix
+from PolyPoseLib.imaging.xray_dicom import XrayTags
+from PolyPoseLib.imaging.xray_fields import XrayFields
+from PolyPoseLib.imaging.xray_notes import Notes, shown
+
+_DISTANCE_TAGS = (("RTImageSID", "(3002,0026)"), ("DistanceSourceToDetector", "(0018,1110)"))
+
+_PITCH_TAGS = (
+    ("ImagePlanePixelSpacing", "(3002,0011)"),
+    ("ImagerPixelSpacing", "(0018,1164)"),
+    ("NominalScannedPixelSpacing", "(0018,2010)"),
+)
+
+_NOMINAL_DISTANCE_MM = 1000.0
+
+
+@dataclass(frozen=True)
+class Detector:
+    """A flat detector and its source.
+
+    Attributes:
+        source_to_detector_mm: distance along the perpendicular.
+        pixel_spacing_mm: (between rows, between columns) at the detector.
+        principal_point_px: (column, row) in the file's own pixels.
+        intrinsics: K (3, 3) in the file's own pixels.
+
+    """
+
+    source_to_detector_mm: float
+    pixel_spacing_mm: tuple[float, float]
+    principal_point_px: tuple[float, float]
+    intrinsics: np.ndarray
+
+
+def detector_of(tags: XrayTags | None, fields: XrayFields, shape: tuple[int, int], notes: Notes) -> Detector:
+    """Find the detector's geometry; what the study file gives wins over DICOM.
+
+    Args:
+        tags: the frame's attributes, None for files that are not DICOM.
+        fields: the study file's entry.
+        shape: (H, W) of the image.
+        notes: receives every number's origin.
+
+    Raises:
+        InputError: distance or pixel spacing unknown: names the two fields to add.
+
+    """
+    if fields.intrinsics is not None:
+        return _of_intrinsics(fields, notes)
+    distance, spacing = _distance(tags, fields, notes), _spacing(tags, fields, notes)
+    if distance is None or spacing is None:
+        raise InputError(_missing(distance, spacing, tags, notes))
+    principal = _principal_point(tags, fields, shape, spacing, notes)
+    return Detector(distance, spacing, principal, intrinsics_matrix(distance, spacing, *shape, principal))
+
+
+def _missing(
+    distance: float | None, spacing: tuple[float, float] | None, tags: XrayTags | None, notes: Notes
+) -> str:
+    """Sentence that names the two fields to add, and which of them is known already."""
+    said = "DICOM does not say" if tags else "the file cannot say"
+    where, entry = notes.where, notes.entry
+    if distance is None and spacing is None:
+        return (
+            f"{where}: {said} how far the source is from the detector and how large a pixel is there; add "
+            f'"source_to_detector_mm" and "pixel_spacing_mm" to its entry in {entry}.'
+        )
+    if distance is None:
+        return (
+            f'{where}: {said} how far the source is from the detector; add "source_to_detector_mm" to its entry in '
+            f'{entry} ("pixel_spacing_mm" is known: {shown(spacing)}).'
+        )
+    return (
+        f'{where}: {_why_no_spacing(tags, said)}; add "pixel_spacing_mm", measured at the detector, to its entry in '
+        f'{entry} ("source_to_detector_mm" is known: {shown(distance)}).'
+    )
+
+
+def _why_no_spacing(tags: XrayTags | None, said: str) -> str:
+    """Why there is no pitch: none at all, or one that may be the patient's."""
+    at_patient = _positive_pair(tags, "PixelSpacing")
+    if at_patient is None:
+        return f"{said} how large a pixel is at the detector"
+    kind = tags.text("PixelSpacingCalibrationType")
+    if kind:
+        return (
+            f"Pixel Spacing (0028,0030) {shown(at_patient)} is calibrated at the patient ({kind}) and no magnification "
+            "leads back to the detector"
+        )
+    return f"Pixel Spacing (0028,0030) {shown(at_patient)} may hold at the detector or in the patient"
+
+
+def _of_intrinsics(fields: XrayFields, notes: Notes) -> Detector:
+    """Detector of a K that the user gives; distance and pitch are known only up to one common factor."""
+    fx, fy = float(fields.intrinsics[0, 0]), float(fields.intrinsics[1, 1])
+    notes.say(f"intrinsics from {notes.entry}: focal lengths {fx:.6g}, {fy:.6g} px")
+    if fields.source_to_detector_mm is None and fields.pixel_spacing_mm is not None:
+        distance = fx * fields.pixel_spacing_mm[1]
+    else:
+        distance = fields.source_to_detector_mm or _NOMINAL_DISTANCE_MM
+    principal = (float(fields.intrinsics[0, 2]), float(fields.intrinsics[1, 2]))
+    return Detector(distance, (distance / fy, distance / fx), principal, fields.intrinsics)
+
+
+def _positive(tags: XrayTags | None, keyword: str) -> float | None:
+    """A number above 0, None when absent, zero or less."""
+    value = tags.number(keyword) if tags else None
+    return value if value is not None and value > 0 else None
+
+
+def _positive_pair(tags: XrayTags | None, keyword: str) -> tuple[float, float] | None:
+    """Two numbers above 0, or None."""
+    pair = tags.numbers(keyword, 2) if tags else None
+    return pair if pair is not None and min(pair) > 0 else None
+
+
+def _choose(name: str, given, found, origin: str, notes: Notes):
+    """The user's value or else DICOM's, with a line that says which; None when neither."""
+    if given is not None:
+        also = f" (DICOM {origin} says {shown(found)})" if found is not None else ""
+        notes.say(f"{name} {shown(given)} from {notes.entry}{also}")
+        return given
+    if found is not None:
+        notes.say(f"{name} {shown(found)} from DICOM {origin}")
+    return found
+
+
+def _distance(tags: XrayTags | None, fields: XrayFields, notes: Notes) -> float | None:
+    """Distance from the source to the detector in mm."""
+    found, origin = next(
+        ((value, tag) for key, tag in _DISTANCE_TAGS if (value := _positive(tags, key))), (None, "")
+    )
+    return _choose("source_to_detector_mm", fields.source_to_detector_mm, found, origin, notes)
+
+
+def _spacing(tags: XrayTags | None, fields: XrayFields, notes: Notes) -> tuple[float, float] | None:
+    """Pitch at the detector in mm, (between rows, between columns)."""
+    found, origin = next(
+        ((pair, tag) for key, tag in _PITCH_TAGS if (pair := _positive_pair(tags, key))), (None, "")
+    )
+    if found is None and tags is not None and fields.pixel_spacing_mm is None:
+        found, origin = _demagnified(tags, notes)
+    if found is None and tags is not None and fields.pixel_spacing_mm is None:
+        found, origin = _of_field_of_view(tags, notes)
+    spacing = _choose("pixel_spacing_mm", fields.pixel_spacing_mm, found, origin, notes)
+    if spacing is not None and tags is not None:
+        _doubt_spacing(tags, spacing, fields.pixel_spacing_mm is None, notes)
+    return spacing
+
+
+def _demagnified(tags: XrayTags, notes: Notes) -> tuple[tuple[float, float] | None, str]:
+    """Pitch at the detector from Pixel Spacing that was calibrated at the patient, where its magnification
+    is known.
+
+    The magnification is the Estimated Radiographic Magnification Factor (0018,1114), or, for the
+    calibration type GEOMETRY, distance to the detector over distance to the patient. The depth of a
+    FIDUCIAL is unknown, so only the factor will do for it.
+    """
+    pair = _positive_pair(tags, "PixelSpacing")
+    kind = tags.text("PixelSpacingCalibrationType")
+    if pair is None or kind not in ("GEOMETRY", "FIDUCIAL"):
+        return None, ""
+    factor, source = _positive(tags, "EstimatedRadiographicMagnificationFactor"), "(0018,1114)"
+    far, near = _positive(tags, "DistanceSourceToDetector"), _positive(tags, "DistanceSourceToPatient")
+    if factor is None and kind == "GEOMETRY" and far and near:
+        factor, source = far / near, "(0018,1110) over (0018,1111)"
+    if factor is None or factor < 1:
+        return None, ""
+    notes.warn(
+        f"the detector's pixel spacing was computed from Pixel Spacing {shown(pair)}, calibrated at the patient "
+        f'({kind}), and the magnification {factor:.4g} of {source}; add "pixel_spacing_mm" if you know it.'
+    )
+    return (pair[0] * factor, pair[1] * factor), f"(0028,0030) times the magnification of {source}"
+
+
+def _of_field_of_view(tags: XrayTags, notes: Notes) -> tuple[tuple[float, float] | None, str]:
+    """Pitch from the Field of View's dimensions in mm over the rows and columns (PS3.3 C.8.11.4.1.1)."""
+    sizes = tags.numbers("FieldOfViewDimensions")
+    if not sizes or min(sizes) <= 0 or _positive_pair(tags, "PixelSpacing"):
+        return None, ""
+    rows, columns = tags.dataset.Rows, tags.dataset.Columns
+    high, wide = (sizes[0], sizes[1]) if len(sizes) > 1 else (sizes[0], sizes[0])
+    pair = (high / rows, wide / columns)
+    if not 0.98 < pair[0] / pair[1] < 1.02:
+        return None, ""
+    notes.warn(
+        f"the pixel spacing {shown(pair)} is the field of view {shown(sizes)} mm over the pixels; add "
+        '"pixel_spacing_mm" if you know it.'
+    )
+    return pair, "(0018,1149) over rows and columns"
+
+
+def _doubt_spacing(tags: XrayTags, spacing: tuple[float, float], from_dicom: bool, notes: Notes) -> None:
+    """Say what other attributes think of the pitch."""
+    at_patient = _positive_pair(tags, "PixelSpacing")
+    if from_dicom and at_patient and not np.allclose(at_patient, spacing, rtol=1e-3):
+        kind = tags.text("PixelSpacingCalibrationType") or "uncalibrated, says the file"
+        notes.say(f"Pixel Spacing (0028,0030) {shown(at_patient)} ({kind}) is the patient's and was not used")
+    sizes = tags.numbers("FieldOfViewDimensions", 2)
+    if sizes is None or min(sizes) <= 0 or tags.text("FieldOfViewShape") not in ("", "RECTANGLE"):
+        return
+    extent = (spacing[0] * tags.dataset.Rows, spacing[1] * tags.dataset.Columns)
+    if not any(np.allclose(extent, order, rtol=0.03, atol=1.5) for order in (sizes, sizes[::-1])):
+        notes.warn(
+            f"the image spans {shown(extent)} mm by its pixel spacing but {shown(sizes)} mm by its field of view "
+            '(0018,1149): it may have been cropped or resampled; check "pixel_spacing_mm".'
+        )
+
+
+def _principal_point(
+    tags: XrayTags | None,
+    fields: XrayFields,
+    shape: tuple[int, int],
+    spacing: tuple[float, float],
+    notes: Notes,
+) -> tuple[float, float]:
+    """Where the perpendicular from the source meets the detector, (column, row) px."""
+    from PolyPoseLib.imaging.xray_detector import principal_point_of_tags
+
+    centre = ((shape[1] - 1) / 2, (shape[0] - 1) / 2)
+    found, origin = principal_point_of_tags(tags, shape, spacing, notes) if tags else (None, "")
+    given = fields.principal_point_px
+    if given is not None:
+        also = f" (DICOM {origin} says {found[0]:.2f}, {found[1]:.2f})" if found else ""
+        notes.say(f"principal_point_px {given[0]:.2f}, {given[1]:.2f} from {notes.entry}{also}")
+        reach = max(shape) * 5
+        if max(abs(given[0] - centre[0]), abs(given[1] - centre[1])) > reach:
+            notes.warn("the principal point lies far outside the image; it is [column, row] in pixels.")
+        return given
+    if found is not None:
+        notes.say(f"principal_point_px {found[0]:.2f}, {found[1]:.2f} from DICOM {origin}")
+        return found
+    notes.say(
+        f"principal_point_px {centre[0]:.2f}, {centre[1]:.2f}: the image's centre, nothing says otherwise"
+    )
+    return centre
