@@ -84,7 +84,7 @@ def bounding_box(mask: np.ndarray) -> tuple[slice, ...] | None:
 
 
 def mask_points(mask: np.ndarray, affine: np.ndarray, limit: int | None = None, seed: int = 0) -> np.ndarray:
-    """Centres (N, 3) in LPS mm of a mask's voxels (k, j, i), at most limit of them drawn without repetition."""
+    """Centres (N, 3) in LPS mm of a mask's voxels (k, j, i); at most limit of them, drawn at random."""
     flat = np.flatnonzero(mask)
     if limit is not None and len(flat) > limit:
         flat = np.random.default_rng(seed).choice(flat, limit, replace=False)
@@ -115,8 +115,8 @@ def structure_errors(
     """Target registration error of every structure over its voxels, in mm.
 
     labels: (k, j, i), n belongs to names[n-1], in the moving frame; affine: (4, 4) to LPS mm.
-    truth: (K, 4, 4) true motions, fixed to moving: the structure's voxels lie at truth^-1 in the fixed frame.
-    found: (K, 4, 4) motions, or one function from fixed (N, 3) to moving (N, 3), such as a displacement field.
+    truth: (K, 4, 4) true motions, fixed to moving; a structure's voxels lie at truth^-1 in the fixed frame.
+    found: (K, 4, 4) motions, or one function from fixed to moving (N, 3), such as a displacement field.
     limit: voxels per structure that are looked at (drawn with a fixed seed); None for all.
     Returns {name: {"mean", "p95", "max"}}; NaN for a structure without voxels.
     """
@@ -197,12 +197,7 @@ def projection_error_mm(
         per_pixel = np.array([pixel_spacing_mm[1], pixel_spacing_mm[0]], dtype=np.float64)
     else:
         raise InputError(f"The scale {scale!r} is not known; choose 'structure' or 'detector'.")
-    error = np.full(len(points), np.nan)
-    seen = (truth.depth(points) > 0) & (camera.depth(other) > 0)
-    if seen.any():
-        offset = truth.project(points[seen]) - camera.project(other[seen])
-        error[seen] = np.linalg.norm(offset * np.broadcast_to(per_pixel, (len(points), 2))[seen], axis=1)
-    return error
+    return np.linalg.norm((truth.project(points) - camera.project(other)) * per_pixel, axis=1)
 
 
 def _apply(motion: ArrayLike | PointMap, points: np.ndarray) -> np.ndarray:
@@ -221,6 +216,6 @@ def _same_shape(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.n
     first, second = np.asarray(first, dtype=bool), np.asarray(second, dtype=bool)
     if first.shape != second.shape:
         raise InputError(
-            f"Masks of shape {first.shape} and {second.shape} cannot be compared: resample one onto the other."
+            f"Masks of shape {first.shape} and {second.shape} do not compare: resample one onto the other."
         )
     return first, second

@@ -1,6 +1,6 @@
 """A CT taken apart into bones and filled soft tissue, and put together again in another posture.
 
-A smooth warp tears where bones touch in the CT and part later: whatever lies between them is stretched from bone.
+A smooth warp tears where bones touch in the CT and part later: what lies between them is stretched from bone.
 Composition avoids that. The bones are taken out of the CT and their places are filled in from the soft tissue
 around; the filled CT follows the smooth warp; and every bone, with the rim of voxels that it shares with its
 surroundings, is resampled rigidly and laid over it.
@@ -19,8 +19,10 @@ from PolyPoseLib.evaluation.metrics import bounding_box
 from PolyPoseLib.geometry.camera import require_rigid, rigid_inverse
 from PolyPoseLib.imaging.structures import Structures
 from PolyPoseLib.imaging.volume import Volume
-from PolyPoseLib.warp.dense import AnyWarp, flat_points, vote, warp_labels, warp_volume
+from PolyPoseLib.warp.dense import AnyWarp, warp_labels, warp_volume
+from PolyPoseLib.warp.distances import distance_at_voxels
 from PolyPoseLib.warp.infill import fill_harmonic
+from PolyPoseLib.warp.vote import LabelVote
 
 RIM_VOXELS = 1
 """Labels are grown by so many voxels, because a bone's outermost voxels are partly soft tissue."""
@@ -31,38 +33,35 @@ BRIGHT_HU = 150.0
 BRIGHT_REACH_MM = 3.0
 """How far beyond its label a bone may take such voxels."""
 
+MAX_PARTS = 200
+"""A structure in more connected parts than this is handled as a whole."""
+
 
 def grow_regions(
     ct_voxels: np.ndarray, labels: np.ndarray, spacing: np.ndarray, rim_voxels: int = RIM_VOXELS
 ) -> np.ndarray:
     """Labels with the rim that each structure shares with its surroundings, int16 (k, j, i).
 
-    Every structure grows by rim_voxels (neighbours by a corner included), then along bright voxels (BRIGHT_HU)
-    connected to it, up to BRIGHT_REACH_MM. Labelled voxels keep their label; where two structures want the same
-    voxel the nearer one gets it.
+    Every structure grows by rim_voxels (neighbours by a corner included), then along bright voxels
+    (BRIGHT_HU) connected to it, up to BRIGHT_REACH_MM. Labelled voxels keep their label; where two structures
+    want the same voxel the nearer one gets it.
     ct_voxels: (k, j, i) HU; labels: (k, j, i), 0 is background; spacing: (3,) mm along (i, j, k).
     """
-    from scipy.ndimage import binary_dilation, binary_propagation, distance_transform_edt, find_objects
+    from scipy.ndimage import binary_dilation, binary_propagation
 
     _require_same_shape(ct_voxels, labels)
-    sampling = np.asarray(spacing, dtype=np.float64)[::-1]
-    pad = np.maximum(np.ceil(BRIGHT_REACH_MM / sampling).astype(int), rim_voxels) + 1
+    spacing = np.asarray(spacing, dtype=np.float64)
+    border = np.maximum(np.ceil(BRIGHT_REACH_MM / spacing[::-1]).astype(int), rim_voxels) + 1
     grown = np.array(labels, dtype=np.int16)
     nearest = np.full(labels.shape, np.inf, dtype=np.float16)
-    for n, tight in enumerate(find_objects(grown), start=1):
-        if tight is None:
-            continue
-        box = tuple(
-            slice(max(s.start - p, 0), min(s.stop + p, size))
-            for s, p, size in zip(tight, pad, labels.shape, strict=True)
-        )
-        mask = labels[box] == n
+    for part in _parts(labels, border):
+        box, mask = part.box, part.mask
         free = labels[box] == 0
-        distance = distance_transform_edt(~mask, sampling=sampling)
+        distance = distance_at_voxels(mask, spacing, np.zeros(3, dtype=int))
         rim = binary_dilation(mask, np.ones((3, 3, 3)), iterations=rim_voxels) if rim_voxels else mask
         bright = (ct_voxels[box] >= BRIGHT_HU) & (distance <= BRIGHT_REACH_MM) & free
         taken = binary_propagation(rim, mask=rim | bright) & free & (distance < nearest[box])
-        grown[box][taken] = n
+        grown[box][taken] = part.label
         nearest[box][taken] = distance[taken]
     return grown
 
@@ -73,9 +72,9 @@ def fill_structures(
     """A CT without its bones: the structures' places filled in harmonically from the soft tissue around.
 
     ct_voxels: (k, j, i) HU. mask: (k, j, i), voxels of any structure (bool or labels). spacing: (3,) mm along
-    (i, j, k). grow: first grow the mask by its rim (see grow_regions), so that no halo stays; False when it was
-    grown already. Voxels brighter than BRIGHT_HU outside the mask (other bones, metal) stay as they are and
-    bring nothing into the filling. Returns (k, j, i) float32 HU, equal to the CT outside the grown mask.
+    (i, j, k). grow: first grow the mask by its rim (see grow_regions), so that no halo stays; False when it
+    was grown already. Voxels brighter than BRIGHT_HU outside the mask (other bones, metal) stay as they are
+    and bring nothing into the filling. Returns (k, j, i) float32 HU, equal to the CT outside the grown mask.
     Raises InputError when the shapes differ.
     """
     _require_same_shape(ct_voxels, mask)
@@ -115,11 +114,11 @@ def compose_warped_ct(
     cover = np.zeros(out.shape, dtype=np.float32)
     bones = np.zeros(out.shape, dtype=np.float32)
     for piece in _pieces(regions, Volume(ct.voxels, ct.affine), motions, out):
-        inside = regions[piece.moving] == piece.label
+        inside = piece.mask
         values = np.where(inside, ct.voxels[piece.moving], filled[piece.moving]).astype(np.float32)
-        alpha = piece.resample(inside.astype(np.float32), 0.0)
+        alpha = piece.resample(inside.astype(np.float32))
         cover[piece.fixed] += alpha
-        bones[piece.fixed] += alpha * piece.resample(values, 0.0)
+        bones[piece.fixed] += alpha * piece.resample(values)
     np.divide(bones, cover, out=bones, where=cover > 1)
     np.minimum(cover, 1, out=cover)
     cover -= 1
@@ -138,31 +137,39 @@ def compose_warped_labels(
     """A label map in the fixed frame that fits compose_warped_ct: bones moved rigidly, all else by the warp.
 
     labels: moving, whole numbers, on the structures' grid (a source segmentation with its own numbers, or the
-    structures' labels). The other arguments are those of compose_warped_ct. Borders lie where the labels' masks,
-    interpolated, are largest. Raises InputError as compose_warped_ct does.
+    structures' labels). The other arguments are those of compose_warped_ct. A voxel gets the label whose
+    interpolated mask is largest. Raises InputError as compose_warped_ct does.
     """
     _require_same_shape(labels.voxels, structures.labels)
     motions = _rigid_poses(poses, structures.names)
     soft = labels.with_voxels(np.where(structures.labels > 0, 0, labels.voxels).astype(labels.voxels.dtype))
     out = warp_labels(soft, warp, reference)
     for piece in _pieces(structures.labels, labels, motions, out):
-        own = structures.labels[piece.moving] == piece.label
-        found = piece.vote(np.where(own, labels.voxels[piece.moving], 0).astype(labels.voxels.dtype))
+        found = piece.vote(np.where(piece.mask, labels.voxels[piece.moving], 0).astype(labels.voxels.dtype))
         target = out.voxels[piece.fixed]
         target[found != 0] = found[found != 0]
     return out
 
 
 @dataclass(frozen=True)
-class _Piece:
-    """One structure's box in the moving and in the fixed grid, and the affine between their indices.
-
-    label: n of the structure; moving, fixed: slices (k, j, i); to_moving: (4, 4) index (i, j, k) inside the fixed
-    box to index inside the moving box.
-    """
+class _Part:
+    """One connected part of a structure: its label n, a box of slices (k, j, i), and where it is in the box."""
 
     label: int
+    box: tuple[slice, ...]
+    mask: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """One part of a structure in the moving and in the fixed grid, and the affine between their indices.
+
+    moving, fixed: slices (k, j, i); mask: where the part is in the moving box; to_moving: (4, 4) index (i, j, k)
+    inside the fixed box to index inside the moving box.
+    """
+
     moving: tuple[slice, ...]
+    mask: np.ndarray
     fixed: tuple[slice, ...]
     to_moving: np.ndarray
 
@@ -171,8 +178,8 @@ class _Piece:
         """Voxels (k, j, i) of the fixed box."""
         return tuple(s.stop - s.start for s in self.fixed)
 
-    def resample(self, values: np.ndarray, outside: float) -> np.ndarray:
-        """Values (k, j, i) of the moving box on the fixed box, trilinear."""
+    def resample(self, values: np.ndarray) -> np.ndarray:
+        """Values (k, j, i) of the moving box on the fixed box, trilinear, 0 outside."""
         import SimpleITK as sitk
 
         transform = sitk.AffineTransform(3)
@@ -180,41 +187,59 @@ class _Piece:
         transform.SetTranslation(self.to_moving[:3, 3].tolist())
         size = [int(n) for n in self.shape[::-1]]
         image = sitk.GetImageFromArray(values)
-        return sitk.GetArrayFromImage(
-            sitk.Resample(image, size, transform, sitk.sitkLinear, defaultPixelValue=outside)
-        )
+        return sitk.GetArrayFromImage(sitk.Resample(image, size, transform, sitk.sitkLinear))
 
     def vote(self, labels: np.ndarray) -> np.ndarray:
         """Labels (k, j, i) of the moving box on the fixed box, by the largest trilinear weight."""
-        index = flat_points(self.to_moving, self.shape, 0, int(np.prod(self.shape)))
-        return vote(labels, index).reshape(self.shape)
+        return LabelVote(labels).on_grid(self.to_moving, self.shape)
 
 
-def _pieces(labels: np.ndarray, moving: Volume, motions: np.ndarray, fixed: Volume) -> Iterator[_Piece]:
-    """The boxes of all structures that reach the fixed grid, each with one voxel of border."""
+def _parts(labels: np.ndarray, border: ArrayLike) -> Iterator[_Part]:
+    """Connected parts of all labels, each in its box widened by border (k, j, i) voxels.
+
+    Ribs, say, are one structure but many small boxes. A structure in very many parts is taken whole.
+    """
     from scipy.ndimage import find_objects
+    from scipy.ndimage import label as connected
 
-    limit = np.array(fixed.shape[::-1])
     for n, tight in enumerate(find_objects(labels), start=1):
         if tight is None:
             continue
-        box = tuple(
-            slice(max(s.start - 1, 0), min(s.stop + 1, size))
-            for s, size in zip(tight, labels.shape, strict=True)
-        )
-        first = np.array([s.start for s in box[::-1]], dtype=np.float64)
-        last = np.array([s.stop - 1 for s in box[::-1]], dtype=np.float64)
+        parts, count = connected(labels[tight] == n, np.ones((3, 3, 3)))
+        if count > MAX_PARTS:
+            parts, count = (parts > 0).astype(np.int32), 1
+        for m, inner in enumerate(find_objects(parts), start=1):
+            exact = tuple(
+                slice(t.start + s.start, t.start + s.stop) for t, s in zip(tight, inner, strict=True)
+            )
+            box = tuple(
+                slice(max(s.start - p, 0), min(s.stop + p, size))
+                for s, p, size in zip(exact, np.broadcast_to(border, 3), labels.shape, strict=True)
+            )
+            mask = np.zeros([s.stop - s.start for s in box], dtype=bool)
+            place = tuple(slice(e.start - b.start, e.stop - b.start) for e, b in zip(exact, box, strict=True))
+            mask[place] = parts[inner] == m
+            yield _Part(n, box, mask)
+
+
+def _pieces(labels: np.ndarray, moving: Volume, motions: np.ndarray, fixed: Volume) -> Iterator[_Piece]:
+    """The parts of all structures that reach the fixed grid, each with one voxel of border."""
+    limit = np.array(fixed.shape[::-1])
+    for part in _parts(labels, 1):
+        pose = motions[part.label - 1]
+        first = np.array([s.start for s in part.box[::-1]], dtype=np.float64)
+        last = np.array([s.stop - 1 for s in part.box[::-1]], dtype=np.float64)
         corners = np.stack(np.meshgrid(*zip(first, last, strict=True), indexing="ij"), axis=-1).reshape(8, 3)
-        back = rigid_inverse(motions[n - 1])
+        back = rigid_inverse(pose)
         places = fixed.to_index(moving.to_world(corners) @ back[:3, :3].T + back[:3, 3])
         low = np.clip(np.floor(places.min(axis=0)).astype(int), 0, limit)
         high = np.clip(np.ceil(places.max(axis=0)).astype(int) + 1, 0, limit)
         if (high <= low).any():
             continue
-        to_moving = np.linalg.inv(moving.affine) @ motions[n - 1] @ fixed.affine
+        to_moving = np.linalg.inv(moving.affine) @ pose @ fixed.affine
         to_moving[:3, 3] += to_moving[:3, :3] @ low - first
         window = tuple(slice(int(a), int(b)) for a, b in zip(low[::-1], high[::-1], strict=True))
-        yield _Piece(n, box, window, to_moving)
+        yield _Piece(part.box, part.mask, window, to_moving)
 
 
 def _rigid_poses(poses: ArrayLike, names: tuple[str, ...]) -> np.ndarray:
@@ -231,5 +256,5 @@ def _require_same_shape(voxels: np.ndarray, labels: np.ndarray) -> None:
     """Refuse labels that are not on the voxels' grid."""
     if voxels.shape != labels.shape:
         raise InputError(
-            f"The CT has {voxels.shape} voxels and the structures {labels.shape}: resample the labels onto the CT."
+            f"The CT has {voxels.shape} voxels and the labels have {labels.shape}: resample them onto the CT."
         )

@@ -128,8 +128,8 @@ class DisplacementField:
 
         if image.GetDimension() != 3 or image.GetNumberOfComponentsPerPixel() != 3:
             raise InputError(
-                f"The image has {image.GetDimension()} dimensions and {image.GetNumberOfComponentsPerPixel()} "
-                "values per voxel: a displacement field has 3 of each."
+                f"The image has {image.GetDimension()} dimensions and "
+                f"{image.GetNumberOfComponentsPerPixel()} values per voxel: a displacement field has 3 and 3."
             )
         affine = np.eye(4)
         affine[:3, :3] = np.array(image.GetDirection()).reshape(3, 3) @ np.diag(image.GetSpacing())
@@ -177,7 +177,7 @@ def require_grid(affine: np.ndarray, what: str) -> None:
     skew = np.abs((axes / spacing).T @ (axes / spacing) - np.eye(3)).max()
     if skew > 1e-3:
         raise InputError(
-            f"The axes of {what} are not at right angles (cosine {skew:.3g}): resample it onto a straight grid."
+            f"The axes of {what} are not at right angles (cosine {skew:.3g}): resample it onto a grid."
         )
 
 

@@ -1,4 +1,4 @@
-"""Smooth values for the unknown part of an image: the harmonic function that meets the known values around it."""
+"""Smooth values for the unknown part of an image: the harmonic function that meets the known values."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _COARSEST = 2
 
 @dataclass
 class _Level:
-    """One level of the pyramid: values, where they are known, where they must be found, spacing (k, j, i) mm."""
+    """One level: values, where they are known, where they are to be found, spacing (k, j, i) mm."""
 
     values: np.ndarray
     known: np.ndarray
@@ -25,11 +25,11 @@ class _Level:
 def fill_harmonic(
     values: np.ndarray, wanted: np.ndarray, ignored: np.ndarray | None, spacing: np.ndarray
 ) -> np.ndarray:
-    """Replace the wanted voxels by the solution of Laplace's equation with the known voxels as boundary values.
+    """Replace the wanted voxels by the solution of Laplace's equation with the known ones as boundary values.
 
     Every axis is halved until nothing is unknown; from there each level starts from the interpolated coarser
-    one and is relaxed by Gauss-Seidel sweeps in two colours (cascadic multigrid; F. Bornemann and P. Deuflhard,
-    Numerische Mathematik 1996).
+    one and is relaxed by Gauss-Seidel sweeps in two colours (cascadic multigrid; F. Bornemann and
+    P. Deuflhard, Numerische Mathematik 1996).
 
     Args:
         values: (k, j, i), any unit.
@@ -60,7 +60,7 @@ def fill_harmonic(
 
 
 def _coarser(level: _Level) -> _Level:
-    """Blocks of up to 2 x 2 x 2 voxels averaged over what is known; axes of thick voxels wait for the others."""
+    """Blocks of up to 2 x 2 x 2 voxels averaged over what is known; thick axes wait for the others."""
     factor = np.where(level.spacing < 1.5 * level.spacing.min(), 2, 1)
     factor = np.where(np.array(level.values.shape) > 1, factor, 1)
     if (factor == 1).all():
@@ -105,7 +105,7 @@ def _interpolate(fine: _Level, coarse: _Level) -> None:
 
 
 def _relax(level: _Level) -> None:
-    """Gauss-Seidel sweeps in two colours over the wanted voxels; walls and ignored voxels let nothing through."""
+    """Gauss-Seidel sweeps in two colours; the array's walls and ignored voxels let nothing through."""
     shape = level.values.shape
     strides = np.array([shape[1] * shape[2], shape[2], 1])
     flat = level.values.reshape(-1)

@@ -10,10 +10,10 @@ warp(x) = exp(sum_k w_k(x) log T_k) x, with T_k the motion of structure k, fixed
   bones that move far bend, because their weights stay behind.
 
 The branch of the logarithm. The logarithm of a rotation by more than 180 degrees does not exist on the
-principal branch: there the rotation vector jumps to its antipode, and soft tissue between two bones would turn
-the other way round. Motions are relative to the anchor, whose motion is the identity, so the principal branch
-puts the jump as far from the anatomy as it can be, and joints do not reach it. PolyrigidWarp therefore takes
-the principal branch and refuses rotations of more than MAX_ROTATION_DEG, where it is about to jump.
+principal branch: there the rotation vector jumps to its antipode, and soft tissue between two bones would
+turn the other way round. Motions are relative to the anchor, whose motion is the identity, so the principal
+branch puts the jump as far from the anatomy as it can be, and joints do not reach it. PolyrigidWarp therefore
+takes the principal branch and refuses rotations of more than MAX_ROTATION_DEG, where it is about to jump.
 """
 
 from __future__ import annotations
@@ -86,8 +86,8 @@ class PolyrigidWarp:
         self.logs = se3.log(_about(self.poses, self.center))
         if self.largest_rotation_deg > MAX_ROTATION_DEG:
             raise InputError(
-                f"A structure is rotated by {self.largest_rotation_deg:.1f} degrees against the anchor; above "
-                f"{MAX_ROTATION_DEG:g} a smooth warp cannot tell which way round it turned: check the cameras."
+                f"A structure is rotated by {self.largest_rotation_deg:.1f} degrees against the anchor; "
+                f"above {MAX_ROTATION_DEG:g} a warp cannot tell which way it turned: check the cameras."
             )
 
     @property
@@ -103,10 +103,8 @@ class PolyrigidWarp:
 
     def weights(self, points: Tensor) -> Tensor:
         """Weights (K, N) of the structures at fixed points (N, 3) LPS mm; they sum to 1."""
-        if self.frame == "fixed":
-            distance = self.distances(points)
-        else:
-            distance = self.distances.under(points, self.poses)
+        at_rest = self.frame == "fixed"
+        distance = self.distances(points) if at_rest else self.distances.under(points, self.poses)
         return weights(distance, self.share, self.form, self.epsilon)
 
     def __call__(self, points: Tensor, chunk: int = POINTS_PER_CHUNK) -> Tensor:
@@ -150,7 +148,7 @@ class PolyrigidWarp:
         return self.blend(points, self.weights(points))
 
     def _detached(self) -> PolyrigidWarp:
-        """This warp without the poses' gradients."""
+        """The same warp without the poses' gradients."""
         return self if not self.poses.requires_grad else self.with_poses(self.poses.detach())
 
 

@@ -17,6 +17,7 @@ from torch import Tensor
 from torch.nn.functional import grid_sample
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.warp.distances import distance_at_nodes, distance_at_voxels
 from PolyPoseLib.warp.field import covering_grid, require_grid
 
 WeightForm = Literal["mass", "epsilon", "rigid"]
@@ -27,6 +28,9 @@ RIGID_DELTA_MM = 1e-4
 
 MEMORY_BUDGET_BYTES = 1 << 30
 """Memory that all distance maps together may take before their grid is made coarser."""
+
+COARSE_SPACING_MM = 1.5
+"""Maps that do not fit on the labels' grid are not made finer than this."""
 
 MARGIN_MM = 10.0
 """Distances are exact this far beyond the CT's voxels, because motions carry points out of the CT."""
@@ -111,21 +115,19 @@ def distance_maps(
     margin_mm: float = MARGIN_MM,
     budget_bytes: int = MEMORY_BUDGET_BYTES,
 ) -> DistanceMaps:
-    """Exact signed Euclidean distances to every structure, computed one after another on the labels' own grid.
-
-    Algorithm: C. Maurer et al., "A linear time algorithm for computing exact Euclidean distance transforms",
-    TPAMI 2003, as in ITK.
+    """Exact signed Euclidean distances to every structure, one after another, on the labels' own grid.
 
     Args:
         structures: names (K) and labels (k, j, i), n belonging to names[n-1].
         affine: (4, 4), index (i, j, k) of the labels to moving LPS mm.
         spacing_mm: distance between the maps' nodes. None keeps the labels' grid while all maps fit into
-            budget_bytes, and the finest coarser grid that fits otherwise; its nodes hold the exact distance too.
+            budget_bytes, and the finest coarser grid that fits otherwise. Bones are exactly rigid on the
+            labels' grid only; on a coarser one their edges can be off by a fraction of its spacing.
         margin_mm: how far the maps reach beyond the labels' grid.
         budget_bytes: see spacing_mm.
 
     Returns:
-        DistanceMaps in float32. Memory while computing: the maps, and about 12 bytes per voxel of the labels.
+        DistanceMaps in float32. Memory while computing: the maps, and about 12 bytes per voxel.
 
     Raises:
         InputError: a structure without voxels, or an affine that is not a grid.
@@ -137,25 +139,24 @@ def distance_maps(
     spacing = np.linalg.norm(affine[:3, :3], axis=0)
     pad = np.ceil(margin_mm / spacing).astype(int)
     shape = tuple(int(n) for n in np.array(labels.shape) + 2 * pad[::-1])
-    padded = np.eye(4)
-    padded[:3, :3] = affine[:3, :3]
-    padded[:3, 3] = affine[:3, 3] - affine[:3, :3] @ pad
-    if spacing_mm is None and 4 * count * np.prod(shape, dtype=float) <= budget_bytes:
-        grid, nodes = padded, shape
+    if spacing_mm is None and 4 * count * np.prod(shape, dtype=float) > budget_bytes:
+        spacing_mm = _fitting_spacing(affine, labels.shape, count, margin_mm, budget_bytes)
+    native = spacing_mm is None or spacing_mm <= spacing.min()
+    if native:
+        grid = affine.copy()
+        grid[:3, 3] -= affine[:3, :3] @ pad
     else:
-        wanted = spacing_mm or _fitting_spacing(affine, labels.shape, count, margin_mm, budget_bytes)
-        grid, nodes = covering_grid(affine, labels.shape, wanted, margin_mm)
-        if np.allclose(np.linalg.norm(grid[:3, :3], axis=0), spacing):
-            grid, nodes = padded, shape
-    signed = torch.empty((count, *nodes), dtype=torch.float32)
-    for n, name in enumerate(structures.names):
-        mask = labels == n + 1
-        if not mask.any():
-            raise InputError(
-                f"The structure '{name}' has no voxel on the CT's grid: check its labels in the study."
-            )
-        first = np.linalg.inv(padded) @ grid[:, 3]
-        signed[n] = torch.from_numpy(_signed_distance(mask, spacing, pad, grid, first[:3], nodes))
+        grid, shape = covering_grid(affine, labels.shape, spacing_mm, margin_mm)
+    index = _node_positions(affine, grid, shape)
+    signed = torch.empty((count, *shape), dtype=torch.float32)
+    for n, (name, box) in enumerate(zip(structures.names, _boxes(labels, count), strict=True)):
+        if box is None:
+            raise InputError(f"The structure '{name}' has no voxel: check its labels in the study.")
+        if native:
+            distance = distance_at_voxels(labels == n + 1, spacing, pad)
+        else:
+            distance = distance_at_nodes(labels[box] == n + 1, box, spacing, index)
+        signed[n] = torch.from_numpy(distance)
     return DistanceMaps(signed, grid)
 
 
@@ -192,49 +193,24 @@ def weights(distance: Tensor, share: Tensor, form: WeightForm = "rigid", epsilon
     return raw / raw.sum(0, keepdim=True)
 
 
-def _signed_distance(
-    mask: np.ndarray,
-    spacing: np.ndarray,
-    pad: np.ndarray,
-    grid: np.ndarray,
-    first: np.ndarray,
-    nodes: tuple[int, int, int],
-) -> np.ndarray:
-    """Signed distance (k, j, i) float32 mm of one mask at the nodes of a grid with parallel axes.
+def _boxes(labels: np.ndarray, count: int) -> list[tuple[slice, ...] | None]:
+    """The box of each label 1..count, None where it has no voxel."""
+    from scipy.ndimage import find_objects
 
-    first: index (i, j, k) of the grid's first node on the padded labels' grid.
-    """
-    import SimpleITK as sitk
+    return find_objects(labels, max_label=count)
 
-    border = [(int(p), int(p)) for p in pad[::-1]]
-    image = sitk.GetImageFromArray(np.pad(mask.view(np.uint8), border))
-    image.SetSpacing(spacing.tolist())
-    signed = sitk.SignedMaurerDistanceMap(
-        image, insideIsPositive=False, squaredDistance=False, useImageSpacing=True
-    )
-    if signed.GetSize() != nodes[::-1] or np.abs(first).max() > 1e-9:
-        node_spacing = np.linalg.norm(grid[:3, :3], axis=0)
-        origin = first * spacing
-        signed = sitk.Resample(
-            signed,
-            [int(n) for n in nodes[::-1]],
-            sitk.Transform(),
-            sitk.sitkLinear,
-            origin.tolist(),
-            node_spacing.tolist(),
-            np.eye(3).ravel().tolist(),
-            0.0,
-            sitk.sitkFloat32,
-            True,
-        )
-    return sitk.GetArrayFromImage(signed)
+
+def _node_positions(affine: np.ndarray, grid: np.ndarray, shape: tuple[int, int, int]) -> list[np.ndarray]:
+    """Positions of a parallel grid's nodes along i, j and k, in voxels of affine."""
+    to_voxel = np.linalg.inv(affine) @ grid
+    return [to_voxel[n, n] * np.arange(shape[2 - n]) + to_voxel[n, 3] for n in range(3)]
 
 
 def _fitting_spacing(
     affine: np.ndarray, shape: tuple[int, int, int], count: int, margin_mm: float, budget_bytes: int
 ) -> float:
     """The finest spacing in mm, in steps of 5 percent, at which count maps fit into budget_bytes."""
-    spacing = float(np.linalg.norm(affine[:3, :3], axis=0).min())
+    spacing = max(float(np.linalg.norm(affine[:3, :3], axis=0).min()), COARSE_SPACING_MM)
     while (
         4 * count * np.prod(covering_grid(affine, shape, spacing, margin_mm)[1], dtype=float) > budget_bytes
     ):
