@@ -23,8 +23,9 @@ def _inside_slicer() -> bool:
 
 
 INSIDE_SLICER = _inside_slicer()
+for _folder in ("", "PolyPose", "Testing"):
+    sys.path.insert(0, str(REPOSITORY / _folder))
 if not INSIDE_SLICER:
-    sys.path[:0] = [str(REPOSITORY / "Testing"), str(REPOSITORY / "PolyPose"), str(REPOSITORY)]
     import harness
 
     # The folder Base/Python of Slicer's source: the module then runs on Slicer's own classes.

@@ -10,9 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import children
-from slicer_case import SlicerTestCase
-
 from PolyPoseSlicer.job import Job, ProgressEvent, parse_progress
+from slicer_case import SlicerTestCase
 
 
 def alive(pid: int) -> bool:
