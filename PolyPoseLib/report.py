@@ -173,6 +173,8 @@ def _draw_similarity(axes: Axes, result: Result) -> None:
     for step in result.history:
         value = step.get("similarity")
         stage = str(step.get("stage", ""))
+        if stage == "done":
+            continue
         if not stages or stages[-1][0] != stage:
             stages.append((stage, []))
         stages[-1][1].append(np.nan if value is None else float(value))
