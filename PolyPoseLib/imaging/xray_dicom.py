@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import warnings
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +24,22 @@ MAX_PIXELS = 1 << 26
 """Largest frame that is decoded: 8192 x 8192, more than any detector has."""
 
 _DEFLATED = ("1.2.840.10008.1.2.1.99",)
-_MAX_INFLATED_BYTES = 1 << 30
+MAX_INFLATED_BYTES = 1 << 30
+"""Most that a deflated file may hold."""
+
+
+@contextmanager
+def quiet_pydicom() -> Iterator[None]:
+    """Silence pydicom's warnings and log, which repeat values, a patient's name among them."""
+    logger = logging.getLogger("pydicom")
+    disabled = logger.disabled
+    logger.disabled = True
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logger.disabled = disabled
 
 
 def looks_like_dicom(path: Path) -> bool:
@@ -52,8 +70,7 @@ def open_dicom(path: Path, where: str) -> Dataset:
     import pydicom
 
     _refuse_inflating(path, where)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with quiet_pydicom():
         try:
             dataset = pydicom.dcmread(path, force=True)
             _complete_meta(dataset)
@@ -101,6 +118,7 @@ def _complete_meta(dataset: Dataset) -> None:
         implicit, little = dataset.original_encoding
         explicit = ExplicitVRLittleEndian if little else ExplicitVRBigEndian
         dataset.file_meta.TransferSyntaxUID = ImplicitVRLittleEndian if implicit else explicit
+    str(dataset.file_meta.TransferSyntaxUID)
 
 
 def _refuse_inflating(path: Path, where: str) -> None:
@@ -108,8 +126,7 @@ def _refuse_inflating(path: Path, where: str) -> None:
     from pydicom.filereader import read_file_meta_info, read_preamble
 
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with quiet_pydicom():
             syntax = str(read_file_meta_info(path).get("TransferSyntaxUID", ""))
     except Exception:
         return
@@ -125,9 +142,9 @@ def _refuse_inflating(path: Path, where: str) -> None:
                 total += len(inflate.decompress(chunk, 1 << 20))
             except zlib.error:
                 return
-            if total > _MAX_INFLATED_BYTES:
+            if total > MAX_INFLATED_BYTES:
                 raise InputError(
-                    f"{where} is compressed and grows beyond 1 GiB when read; it cannot be one X-ray."
+                    f"{where} is compressed and grows beyond {MAX_INFLATED_BYTES >> 20} MiB; it cannot be one X-ray."
                 )
 
 
@@ -189,8 +206,7 @@ class XrayTags:
     @staticmethod
     def raw(keyword: str, dataset: Dataset) -> Any:
         """Value of one attribute of one dataset, None when absent, empty or unreadable."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with quiet_pydicom():
             try:
                 value = dataset.get(keyword)
             except Exception:

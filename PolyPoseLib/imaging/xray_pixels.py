@@ -5,13 +5,12 @@ VOI windows and presentation LUTs belong to the display and are never applied (P
 
 from __future__ import annotations
 
-import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.imaging.xray_dicom import XrayTags
+from PolyPoseLib.imaging.xray_dicom import XrayTags, quiet_pydicom
 from PolyPoseLib.imaging.xray_notes import Notes
 
 if TYPE_CHECKING:
@@ -38,8 +37,9 @@ def stored_pixels(tags: XrayTags, notes: Notes) -> np.ndarray:
 
     """
     dataset = tags.dataset
-    syntax = dataset.file_meta.TransferSyntaxUID
-    decoded = _decode(dataset, tags.frame, notes.where)
+    with quiet_pydicom():
+        syntax = dataset.file_meta.TransferSyntaxUID
+        decoded = _decode(dataset, tags.frame, notes.where)
     pixels = _gray(decoded, notes.where)
     if pixels.shape != (dataset.Rows, dataset.Columns):
         raise InputError(
@@ -73,17 +73,15 @@ def _decode(dataset: Dataset, frame: int, where: str) -> np.ndarray:
         raise InputError(f"{where} is compressed as {syntax.name} and its decoder is missing: {mend}.")
     _refuse_short(dataset, where)
     options = {} if syntax.is_encapsulated else {"correct_unused_bits": False}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            return decoder.as_array(dataset, index=frame, **options)[0]
-        except MemoryError:
-            raise InputError(f"{where} does not fit in memory; export a single frame.") from None
-        except Exception:
-            raise InputError(
-                f"{where} has pixel data ({syntax.name}) that cannot be decoded: they are damaged or cut short; "
-                "copy the file again or export it uncompressed."
-            ) from None
+    try:
+        return decoder.as_array(dataset, index=frame, **options)[0]
+    except MemoryError:
+        raise InputError(f"{where} does not fit in memory; export a single frame.") from None
+    except Exception:
+        raise InputError(
+            f"{where} has pixel data ({syntax.name}) that cannot be decoded: they are damaged or cut short; "
+            "copy the file again or export it uncompressed."
+        ) from None
 
 
 def _refuse_short(dataset: Dataset, where: str) -> None:

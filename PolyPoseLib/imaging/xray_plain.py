@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.imaging.nifti_check import check_nifti
 from PolyPoseLib.imaging.xray_dicom import MAX_PIXELS
 from PolyPoseLib.imaging.xray_notes import Notes
 
@@ -56,6 +57,8 @@ def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.nda
             "NIfTI, NRRD, PNG or TIFF."
         ) from None
     _check_size(size, where, frame)
+    if path.name.lower().endswith((".nii", ".nii.gz")):
+        _refuse_hidden_damage(path, where)
     try:
         image = reader.Execute()
     except (RuntimeError, MemoryError):
@@ -69,9 +72,7 @@ def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.nda
     if pixels.dtype.kind == "c":
         raise InputError(f"{where} holds complex numbers; give a gray image.")
     if not np.isfinite(pixels).all():
-        raise InputError(
-            f"{where} holds NaN or infinity; replace them, or exclude them with a mask after that."
-        )
+        raise InputError(_not_finite(where))
     return pixels.astype(np.float32), pixels.dtype.kind in "ui"
 
 
@@ -82,6 +83,23 @@ def _refuse_detached(path: Path, where: str) -> None:
             head = re.split(rb"\r?\n\r?\n|ElementDataFile\s*=\s*LOCAL", stream.read(1 << 16), maxsplit=1)[0]
         if _DETACHED.search(head):
             raise InputError(f"{where} keeps its pixels in another file; save header and pixels as one file.")
+
+
+def _refuse_hidden_damage(path: Path, where: str) -> None:
+    """Refuse NIfTI files with NaN or missing bytes, which the toolkit reads as 0."""
+    try:
+        check_nifti(path)
+    except InputError as error:
+        if "NaN" in str(error):
+            raise InputError(_not_finite(where)) from None
+        raise InputError(
+            f"{where} is damaged or cut short: its pixels cannot be read; copy the file again."
+        ) from None
+
+
+def _not_finite(where: str) -> str:
+    """Sentence about values that are no numbers."""
+    return f"{where} holds NaN or infinity; replace them by 0 and exclude them with a mask."
 
 
 def _check_size(size: tuple[int, ...], where: str, frame: int | None) -> None:
