@@ -204,6 +204,8 @@ def _draw_motions(axes: Axes, result: Result) -> None:
     axes.set_axis_off()
     axes.set_title("Motion from the CT to the X-rays (centroid, LPS)", fontsize=10, loc="left", color=_INK)
     header, rows = motion_rows(result)
+    if not rows:
+        return
     widths = [0.235, 0.1, 0.115, 0.115, 0.115, 0.115, 0.205][: len(header)]
     drawn = axes.table(rows, colLabels=header, colWidths=widths, loc="upper left", edges="horizontal")
     drawn.auto_set_font_size(False)

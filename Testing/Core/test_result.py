@@ -1,0 +1,265 @@
+"""Results: the folder is whole or absent, and comes back as it was."""
+
+import dataclasses
+import errno
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import SimpleITK as sitk
+from scipy.spatial.transform import Rotation
+
+from PolyPoseLib import report, result_files
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.imaging.volume import Volume
+from PolyPoseLib.result import CameraResult, Result, StructureResult, load_result
+from PolyPoseLib.warp.field import DisplacementField
+
+FILES = {
+    "result.json", "transform.h5", "warped_ct.nii.gz", "warped_labels.nii.gz", "xray_0_drr.nii.gz",
+    "xray_1_drr.nii.gz", "report.png",
+}  # fmt: skip
+
+
+def random_pose(rng, degrees=20.0, mm=15.0) -> np.ndarray:
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_rotvec(np.radians(rng.uniform(-degrees, degrees, 3))).as_matrix()
+    pose[:3, 3] = rng.uniform(-mm, mm, 3)
+    return pose
+
+
+def make_result(seed=0, views=2) -> Result:
+    """A result of random numbers."""
+    rng = np.random.default_rng(seed)
+    affine = np.diag([2, -2, 2.5, 1])
+    shape = (9, 10, 11)
+    intrinsics = np.array([[2000, 0, 30], [0, 2000, 20], [0, 0, 1.0]])
+    images = [rng.random((40, 60)).astype(np.float32) for _ in range(views)]
+    uncertainty = {"along_mm": 1.5, "across_mm": [0.2, 0.3], "covariance": np.eye(6).tolist()}
+    return Result(
+        structures={
+            "pelvis": StructureResult.from_pose(np.eye(4), np.zeros(3)),
+            "femur": StructureResult.from_pose(random_pose(rng), rng.uniform(-50, 50, 3), uncertainty),
+        },
+        cameras=[
+            CameraResult(intrinsics, random_pose(rng), 40, 60, float(rng.random()), f"view {n}")
+            for n in range(views)
+        ],
+        history=[{"stage": "bones", "iteration": n, "similarity": 0.5 + 0.01 * n} for n in range(20)],
+        seconds={"bones": 1.5, "total": 2.0},
+        device="cpu",
+        versions={"polypose": "0.1.0"},
+        warnings=["careful"],
+        warped_ct=Volume(rng.integers(-1000, 1500, shape).astype(np.float32), affine),
+        warped_labels=Volume(rng.integers(0, 200, shape).astype(np.int16), affine),
+        transform=DisplacementField(rng.normal(size=(5, 6, 7, 3)).astype(np.float32), np.diag([4, -4, 4, 1])),
+        renderings_after=images,
+        renderings_before=[image + 1 for image in images],
+        xray_images=[image + 2 for image in images],
+        anchor="pelvis",
+    )
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_the_folder_holds_exactly_what_is_promised(tmp_path):
+    result = make_result()
+    assert result.save(tmp_path / "out") == tmp_path / "out"
+    assert set(contents(tmp_path / "out")) == FILES
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    fields = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert fields["version"] == 1
+    assert set(fields["structures"]["femur"]) == {"fixed_to_moving", "motion", "uncertainty"}
+    assert set(fields["structures"]["pelvis"]) == {"fixed_to_moving", "motion"}
+    assert set(fields["structures"]["pelvis"]["motion"]) == {"rotation_deg", "translation_mm", "axis"}
+    assert {"K", "extrinsic", "similarity"} <= set(fields["cameras"][0])
+    assert {"seconds", "device", "versions", "warnings", "similarity"} <= set(fields)
+
+
+def test_a_result_comes_back_as_it_was(tmp_path):
+    result = make_result(1)
+    result.distrust = ("nothing fits",)
+    result.save(tmp_path / "out")
+    back = load_result(tmp_path / "out")
+    for name, structure in result.structures.items():
+        assert np.allclose(back.structures[name].fixed_to_moving, structure.fixed_to_moving, atol=1e-12)
+        assert np.allclose(back.structures[name].translation_mm, structure.translation_mm, atol=1e-12)
+        assert back.structures[name].uncertainty == structure.uncertainty
+    for found, camera in zip(back.cameras, result.cameras, strict=True):
+        assert np.allclose(found.extrinsic, camera.extrinsic, atol=1e-12)
+        assert (found.height, found.width, found.name) == (camera.height, camera.width, camera.name)
+    assert back.history == result.history
+    assert (back.seconds, back.device, back.versions) == (result.seconds, result.device, result.versions)
+    assert (back.warnings, back.distrust, back.anchor) == (result.warnings, result.distrust, "pelvis")
+    assert not back.trusted
+    assert np.array_equal(back.warped_ct.voxels, np.rint(result.warped_ct.voxels))
+    assert np.array_equal(back.warped_labels.voxels, result.warped_labels.voxels)
+    assert back.warped_ct.same_grid(result.warped_ct, 1e-3)
+    assert np.array_equal(back.transform.vectors, result.transform.vectors)
+    assert np.allclose(back.renderings_after, result.renderings_after)
+
+
+def test_the_transform_is_an_itk_transform_from_fixed_to_moving(tmp_path):
+    result = make_result(2)
+    result.save(tmp_path / "out")
+    transform = sitk.ReadTransform(str(tmp_path / "out" / "transform.h5"))
+    index = np.random.default_rng(0).uniform(0.1, 0.9, (20, 3)) * (np.array(result.transform.shape[::-1]) - 1)
+    points = index @ result.transform.affine[:3, :3].T + result.transform.affine[:3, 3]
+    for point in points:
+        assert np.allclose(transform.TransformPoint(point.tolist()), result.transform(point), atol=1e-4)
+
+
+def test_motion_is_that_of_the_bone_from_the_ct_to_the_xrays():
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        pose, centroid = random_pose(rng, 170), rng.uniform(-200, 200, 3)
+        found = StructureResult.from_pose(pose, centroid)
+        in_fixed = np.linalg.inv(pose) @ [*centroid, 1]
+        assert np.allclose(centroid + found.translation_mm, in_fixed[:3])
+        turn = Rotation.from_rotvec(np.radians(found.rotation_deg) * found.axis).as_matrix()
+        assert np.allclose(turn, pose[:3, :3].T, atol=1e-9)
+    still = StructureResult.from_pose(np.eye(4), np.ones(3))
+    assert still.rotation_deg == 0
+    assert np.isclose(np.linalg.norm(still.axis), 1)
+
+
+def test_numbers_that_are_not_finite_become_null(tmp_path):
+    result = make_result()
+    result.cameras[0] = dataclasses.replace(result.cameras[0], similarity=float("nan"))
+    result.history.append({"stage": "x", "iteration": 0, "similarity": float("inf")})
+    result.save(tmp_path / "out")
+    text = (tmp_path / "out" / "result.json").read_text()
+    assert "NaN" not in text
+    assert "Infinity" not in text
+    assert np.isnan(load_result(tmp_path / "out").cameras[0].similarity)
+
+
+def test_an_existing_folder_is_refused_unless_it_may_be_replaced(tmp_path):
+    first, second = make_result(4), make_result(5, views=1)
+    (tmp_path / "out").mkdir()
+    first.save(tmp_path / "out")
+    before = contents(tmp_path / "out")
+    with pytest.raises(InputError, match="--overwrite"):
+        second.save(tmp_path / "out")
+    assert contents(tmp_path / "out") == before
+    second.save(tmp_path / "out", overwrite=True)
+    assert set(contents(tmp_path / "out")) == FILES - {"xray_1_drr.nii.gz"}
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_nothing_but_results_is_ever_replaced(tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.doc").write_text("years of work")
+    with pytest.raises(InputError, match=r"thesis\.doc"):
+        make_result().save(tmp_path / "out", overwrite=True)
+    assert (tmp_path / "out" / "thesis.doc").read_text() == "years of work"
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(InputError, match="this is a file"):
+        make_result().save(tmp_path / "file", overwrite=True)
+    with pytest.raises(InputError, match="does not exist"):
+        make_result().save(tmp_path / "no" / "out")
+
+
+@pytest.mark.parametrize(
+    ("number", "words"),
+    [(errno.ENOSPC, "no space"), (errno.EACCES, "not permitted"), (errno.EIO, "could not be written")],
+)
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_a_failure_while_writing_leaves_nothing_behind(tmp_path, monkeypatch, number, words, overwrite):
+    if overwrite:
+        make_result(6).save(tmp_path / "out")
+    before = contents(tmp_path / "out") if overwrite else None
+
+    def fail(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(report, "write_report", fail)
+    with pytest.raises(InputError, match=words):
+        make_result(7).save(tmp_path / "out", overwrite=overwrite)
+    assert [path.name for path in tmp_path.iterdir()] == (["out"] if overwrite else [])
+    assert not overwrite or contents(tmp_path / "out") == before
+
+
+def test_an_interrupt_while_writing_leaves_nothing_behind(tmp_path, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(report, "write_report", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        make_result().save(tmp_path / "out")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of a process are POSIX")
+@pytest.mark.parametrize("limit", [200, 2000, 9000])
+def test_a_disk_that_is_full_is_noticed_in_every_file(tmp_path, limit):
+    code = (
+        "import resource, sys; sys.path.insert(0, sys.argv[1])\n"
+        "from test_result import make_result\n"
+        "from PolyPoseLib.errors import InputError\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]), resource.RLIM_INFINITY))\n"
+        "try:\n    make_result().save(sys.argv[2])\n"
+        "except InputError as error:\n    print('refused', error)\n"
+    )
+    command = [sys.executable, "-c", code, os.path.dirname(__file__), str(tmp_path / "out"), str(limit)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.stdout.startswith("refused"), done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("damage", ["absent", "json", "version", "field", "volume"])
+def test_damaged_results_are_refused_by_name(tmp_path, damage):
+    folder = tmp_path / "out"
+    make_result().save(folder)
+    path = folder / "result.json"
+    fields = json.loads(path.read_text())
+    if damage == "absent":
+        path.unlink()
+    elif damage == "json":
+        path.write_text("{")
+    elif damage == "version":
+        path.write_text(json.dumps({**fields, "version": 9}))
+    elif damage == "field":
+        path.write_text(json.dumps({**fields, "cameras": [{"K": 1}]}))
+    else:
+        path = folder / "warped_ct.nii.gz"
+        path.write_bytes(path.read_bytes()[:100])
+    with pytest.raises(InputError, match=path.name):
+        load_result(folder)
+    with pytest.raises(InputError, match="no such folder"):
+        load_result(tmp_path / "absent")
+
+
+def test_what_is_saved_is_checked_first(tmp_path):
+    result_files.check_destination(tmp_path / "new", overwrite=False)
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("parts", ["all", "loaded", "none"])
+def test_the_report_is_drawn_from_whatever_is_there(tmp_path, parts):
+    result = make_result(views=3)
+    result.cameras = [dataclasses.replace(camera, name="a" * 80) for camera in result.cameras]
+    result.distrust = ("the similarity did not rise",) if parts == "all" else ()
+    if parts != "all":
+        result.renderings_before, result.xray_images = [], []
+    if parts == "none":
+        result.history, result.structures, result.warnings = [], {}, []
+        result.renderings_after = [np.zeros((40, 60), np.float32)] * 3
+    report.write_report(result, tmp_path / "report.png")
+    image = sitk.ReadImage(str(tmp_path / "report.png"))
+    assert image.GetSize()[0] > 1000
+    assert np.ptp(sitk.GetArrayFromImage(image)) > 100
+
+
+def test_overlay_is_grey_where_both_agree_whatever_the_exposure():
+    rng = np.random.default_rng(8)
+    image = np.cumsum(rng.normal(size=(60, 70)), axis=0).astype(np.float32)
+    colours = report.overlay(image, 3 * image + 7)
+    assert np.abs(colours - colours.mean(axis=-1, keepdims=True)).max() < 1e-3
+    shifted = report.overlay(image, np.roll(image, 6, axis=1))
+    assert np.abs(shifted - shifted.mean(axis=-1, keepdims=True)).mean() > 0.02
