@@ -108,9 +108,12 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
 
     def getParameterNode(self) -> Any:
         """The scene's PolyPoseSlicer.parameters.PolyPoseParameterNode."""
+        from PolyPoseSlicer.grid_transform import keep_linear
         from PolyPoseSlicer.parameters import PolyPoseParameterNode
 
-        return PolyPoseParameterNode(super().getParameterNode())
+        parameters = PolyPoseParameterNode(super().getParameterNode())
+        keep_linear(parameters.outputTransform)
+        return parameters
 
     def register(
         self,

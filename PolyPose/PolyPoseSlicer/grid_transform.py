@@ -38,6 +38,15 @@ def set_grid_transform(node: slicer.vtkMRMLTransformNode, vectors: np.ndarray, a
     node.SetAndObserveTransformFromParent(transform)
 
 
+def keep_linear(node: slicer.vtkMRMLTransformNode | None) -> None:
+    """Interpolate linearly, as ITK and the registration do; Slicer reads a grid from a file as a cubic one."""
+    if node is None or node.IsLinear():
+        return
+    transform = node.GetTransformFromParentAs("vtkOrientedGridTransform", False, True)
+    if transform is not None and transform.GetInterpolationMode() != vtk.VTK_LINEAR_INTERPOLATION:
+        transform.SetInterpolationModeToLinear()
+
+
 def read_field(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     """Vectors (k, j, i, 3) and affine (4, 4) in LPS mm from the file of a displacement field (.h5, .nrrd).
 

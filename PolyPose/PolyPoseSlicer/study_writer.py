@@ -112,7 +112,6 @@ def write_study(study: StudyData, folder: Path) -> Path:
     study.labels = merged_labels(study)
     _write_image(study.ct, folder / "ct.nrrd")
     _write_image(Voxels(study.labels, study.ct.grid), folder / "labels.nrrd")
-    number_of = {each: number for number, each in enumerate(study.segment_ids, start=1)}
     entries = []
     for number, (entry, pixels, spacing) in enumerate(study.xrays):
         if pixels is not None:
@@ -126,7 +125,7 @@ def write_study(study: StudyData, folder: Path) -> Path:
         "version": 1,
         "ct": "ct.nrrd",
         "segmentation": "labels.nrrd",
-        "structures": {name: [number_of[each] for each in ids] for name, ids in study.structures.items()},
+        "structures": {name: _numbers_left(study, name) for name in study.structures},
         "anchor": study.anchor,
         "xrays": entries,
         "options": study.options,
@@ -134,6 +133,19 @@ def write_study(study: StudyData, folder: Path) -> Path:
     path = folder / "STUDY.json"
     path.write_text(json.dumps(fields, indent=1), encoding="utf-8")
     return path
+
+
+def _numbers_left(study: StudyData, structure: str) -> list[int]:
+    """The labels of a structure's segments that have voxels; raises InputError when there is none."""
+    left = np.bincount(study.labels.ravel(), minlength=len(study.segment_ids) + 1)
+    numbers = [study.segment_ids.index(each) + 1 for each in study.structures[structure]]
+    numbers = [number for number in numbers if left[number]]
+    if not numbers:
+        raise InputError(
+            f"The structure '{structure}' has no voxel left inside of the CT and beside the other structures: "
+            "leave it out, or mend its segments."
+        )
+    return numbers
 
 
 def merged_labels(study: StudyData) -> np.ndarray:
