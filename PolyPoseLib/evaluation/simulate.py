@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.ndimage import find_objects
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.evaluation import independent_projector
@@ -109,7 +110,7 @@ def simulate_case(
         structures: labels on the CT's grid.
         motions: {structure: (4, 4) moving -> fixed, LPS mm}; a structure that is missing stays. None draws
             them.
-        cameras: true cameras; None gives two views 30 degrees apart.
+        cameras: true cameras; None gives two views of the structures 30 degrees apart.
         seed: of every random number (motions, noise and initial cameras each have a stream of their own).
         options: see SimulationOptions.
         anchor: the structure that stays; the first one when None.
@@ -140,7 +141,8 @@ def simulate_case(
         options.pad_mm,
         options.ends,
     )
-    cameras = list(cameras) if cameras is not None else view_cameras(ct)
+    centre = structures_centre(structures, ct.affine)
+    cameras = list(cameras) if cameras is not None else view_cameras(ct, isocenter=centre)
     attenuation = Volume(hounsfield_to_attenuation(posed.hu), posed.grid.affine)
     clean = [independent_projector.project(attenuation, camera, options.projector) for camera in cameras]
     grid = posed.grid
@@ -152,8 +154,8 @@ def simulate_case(
         clean_images=clean,
         cameras=cameras,
         initial_cameras=[
-            perturbed_camera(c, ct.bounds_center, guess, options.rotation_deg, options.translation_mm)
-            for c in cameras
+            perturbed_camera(camera, centre, guess, options.rotation_deg, options.translation_mm)
+            for camera in cameras
         ],
         fixed_to_moving=fixed_to_moving,
         fixed_ct=Volume(np.ascontiguousarray(grid.core(posed.hu)), ct.affine),
@@ -198,6 +200,12 @@ def view_cameras(
         source = centre + source_to_isocenter_mm * np.array([np.sin(angle), -np.cos(angle), 0.0])
         cameras.append(Camera(intrinsics, look_at(source, centre), pixels, pixels))
     return cameras
+
+
+def structures_centre(structures: Structures, affine: np.ndarray) -> np.ndarray:
+    """Middle (3,) in LPS mm of the box that holds all structures: where a person would put the isocenter."""
+    boxes = find_objects((structures.labels > 0).astype(np.int8))
+    return apply(affine, np.array([(part.start + part.stop - 1) / 2 for part in boxes[0]])[::-1])
 
 
 def arc_angles(views: int, arc_deg: float) -> list[float]:

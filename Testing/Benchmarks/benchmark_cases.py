@@ -8,7 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from PolyPoseLib.evaluation.case_files import write_case
-from PolyPoseLib.evaluation.simulate import SimulationOptions, arc_angles, simulate_case, view_cameras
+from PolyPoseLib.evaluation.simulate import (
+    SimulationOptions,
+    arc_angles,
+    simulate_case,
+    structures_centre,
+    view_cameras,
+)
 from PolyPoseLib.imaging.label_names import label_table
 from PolyPoseLib.imaging.structures import structures_from_labels
 from PolyPoseLib.imaging.volume import Volume, read_ct, read_volume
@@ -36,10 +42,13 @@ STRUCTURES: dict[str, dict[str, list[int]]] = {
         "scapula_right": [72],
         "humerus_left": [69],
         "humerus_right": [70],
-        "lumbar_spine": [*range(28, 32)],
+        "lumbar_spine": [*range(29, 32)],
     },
 }
 """TotalSegmentator v2 labels of every structure; the first one is the anchor."""
+
+DISTANCES_MM = {"pelvis": (1020.0, 780.0), "chest": (1200.0, 1000.0)}
+"""Source to detector and source to isocenter; with these a detector of 430 mm shows all structures from the front."""
 
 VIEWS = {"2x30": (2, 30.0), "3x120": (3, 120.0)}
 """Number of views and the arc over which they are spread, in degrees."""
@@ -75,15 +84,25 @@ def case_folder(
         raise SystemExit(f"{folder} holds a case of other settings or an unfinished one: remove it.")
     ct, structures, labels, organ_names = load_anatomy(anatomy)
     count, arc = parse_views(views)
+    isocenter = structures_centre(structures, ct.affine)
+    to_detector, to_isocenter = DISTANCES_MM[anatomy]
+    cameras = view_cameras(
+        ct,
+        arc_angles(count, arc),
+        pixels,
+        source_to_detector_mm=to_detector,
+        source_to_isocenter_mm=to_isocenter,
+        isocenter=isocenter,
+    )
     case = simulate_case(
         ct,
         structures,
-        cameras=view_cameras(ct, arc_angles(count, arc), pixels=pixels),
+        cameras=cameras,
         seed=seed,
         options=options,
         source_labels=labels,
     )
-    write_case(case, folder, STRUCTURES[anatomy], organ_names)
+    write_case(case, folder, STRUCTURES[anatomy], organ_names, source_to_detector_mm=to_detector)
     stamp.write_text(settings)
     return folder
 

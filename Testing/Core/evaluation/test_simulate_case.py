@@ -12,6 +12,7 @@ from PolyPoseLib.evaluation.simulate import (
     arc_angles,
     perturbed_camera,
     simulate_case,
+    structures_centre,
     view_cameras,
 )
 from PolyPoseLib.imaging.structures import Structures
@@ -95,7 +96,7 @@ def test_images_are_line_integrals_of_the_posed_body(case):
 
 
 def test_initial_cameras_are_off_by_what_was_asked(case):
-    centre = np.append(case.ct.bounds_center, 1)
+    centre = np.append(structures_centre(case.structures, case.ct.affine), 1)
     for true, initial in zip(case.cameras, case.initial_cameras, strict=True):
         assert rotation_between_deg(true.extrinsic, initial.extrinsic) == pytest.approx(4.0, abs=1e-6)
         shift = (initial.extrinsic @ centre - true.extrinsic @ centre)[:3]
