@@ -22,6 +22,7 @@ from PolyPoseLib.imaging.volume import Volume
 from PolyPoseLib.warp.dense import AnyWarp, warp_labels, warp_volume
 from PolyPoseLib.warp.distances import distance_at_voxels
 from PolyPoseLib.warp.infill import fill_harmonic
+from PolyPoseLib.warp.parts import connected_parts
 from PolyPoseLib.warp.vote import LabelVote
 
 RIM_VOXELS = 1
@@ -32,9 +33,6 @@ BRIGHT_HU = 150.0
 
 BRIGHT_REACH_MM = 3.0
 """How far beyond its label a bone may take such voxels."""
-
-MAX_PARTS = 200
-"""A structure in more connected parts than this is handled as a whole."""
 
 
 def grow_regions(
@@ -54,7 +52,7 @@ def grow_regions(
     border = np.maximum(np.ceil(BRIGHT_REACH_MM / spacing[::-1]).astype(int), rim_voxels) + 1
     grown = np.array(labels, dtype=np.int16)
     nearest = np.full(labels.shape, np.inf, dtype=np.float16)
-    for part in _parts(labels, border):
+    for part in connected_parts(labels, border):
         box, mask = part.box, part.mask
         free = labels[box] == 0
         distance = distance_at_voxels(mask, spacing, np.zeros(3, dtype=int))
@@ -152,15 +150,6 @@ def compose_warped_labels(
 
 
 @dataclass(frozen=True)
-class _Part:
-    """One connected part of a structure: its label n, a box of slices (k, j, i), and where it is in the box."""
-
-    label: int
-    box: tuple[slice, ...]
-    mask: np.ndarray
-
-
-@dataclass(frozen=True)
 class _Piece:
     """One part of a structure in the moving and in the fixed grid, and the affine between their indices.
 
@@ -194,38 +183,10 @@ class _Piece:
         return LabelVote(labels).on_grid(self.to_moving, self.shape)
 
 
-def _parts(labels: np.ndarray, border: ArrayLike) -> Iterator[_Part]:
-    """Connected parts of all labels, each in its box widened by border (k, j, i) voxels.
-
-    Ribs, say, are one structure but many small boxes. A structure in very many parts is taken whole.
-    """
-    from scipy.ndimage import find_objects
-    from scipy.ndimage import label as connected
-
-    for n, tight in enumerate(find_objects(labels), start=1):
-        if tight is None:
-            continue
-        parts, count = connected(labels[tight] == n, np.ones((3, 3, 3)))
-        if count > MAX_PARTS:
-            parts, count = (parts > 0).astype(np.int32), 1
-        for m, inner in enumerate(find_objects(parts), start=1):
-            exact = tuple(
-                slice(t.start + s.start, t.start + s.stop) for t, s in zip(tight, inner, strict=True)
-            )
-            box = tuple(
-                slice(max(s.start - p, 0), min(s.stop + p, size))
-                for s, p, size in zip(exact, np.broadcast_to(border, 3), labels.shape, strict=True)
-            )
-            mask = np.zeros([s.stop - s.start for s in box], dtype=bool)
-            place = tuple(slice(e.start - b.start, e.stop - b.start) for e, b in zip(exact, box, strict=True))
-            mask[place] = parts[inner] == m
-            yield _Part(n, box, mask)
-
-
 def _pieces(labels: np.ndarray, moving: Volume, motions: np.ndarray, fixed: Volume) -> Iterator[_Piece]:
     """The parts of all structures that reach the fixed grid, each with one voxel of border."""
     limit = np.array(fixed.shape[::-1])
-    for part in _parts(labels, 1):
+    for part in connected_parts(labels, 1):
         pose = motions[part.label - 1]
         first = np.array([s.start for s in part.box[::-1]], dtype=np.float64)
         last = np.array([s.stop - 1 for s in part.box[::-1]], dtype=np.float64)

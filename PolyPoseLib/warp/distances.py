@@ -10,6 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from PolyPoseLib.warp.parts import connected_parts
+
 
 def distance_at_voxels(mask: np.ndarray, spacing: np.ndarray, pad: np.ndarray) -> np.ndarray:
     """Signed distance at every voxel and up to pad voxels beyond.
@@ -34,62 +36,75 @@ def distance_at_nodes(
 ) -> np.ndarray:
     """Signed distance at the nodes of a grid whose axes are parallel to the voxels'.
 
-    Outside, the squared distance is separable: min over k of (z - z_k)^2 + min over j of (y - y_j)^2 + min over i
-    of (x - x_i)^2 (P. Felzenszwalb and D. Huttenlocher, Theory of Computing 2012), where only voxels inside the
-    structure's box and only the nodes need to be visited. Inside, the distance at the voxels is interpolated.
-
     Args:
         mask: (k, j, i) bool, the structure's voxels inside its box.
         box: slices (k, j, i) of that box among all voxels.
         spacing: (3,) mm along (i, j, k).
-        nodes: positions of the nodes along i, j and k in voxels, three arrays.
+        nodes: ascending positions of the nodes along i, j and k in voxels, three arrays.
 
     Returns:
-        (k, j, i) float32 mm at the nodes.
+        (k, j, i) float32 mm at the nodes; exact farther than a voxel from the structure, interpolated between
+        the voxels' distances nearer and inside.
 
     """
-    low = np.array([s.start for s in box[::-1]])
-    places = [(np.asarray(nodes[n]) - low[n]) * spacing[n] for n in range(3)]
-    squared = _along_rows(mask, spacing[0], places[0])
-    squared = _lower_envelope(squared, spacing[1], places[1])
-    squared = _lower_envelope(squared.transpose(1, 0, 2), spacing[2], places[2]).transpose(1, 0, 2)
-    distance = np.sqrt(squared)
-    _interpolate_inside(distance, mask, spacing, places)
+    try:
+        from PolyPoseLib.warp.envelope_kernel import lower_envelope
+    except ImportError:
+        return distance_at_nodes_by_voxels(mask, box, spacing, nodes)
+    first = [box[2 - n].start for n in range(3)]
+    places = [(np.asarray(nodes[n], dtype=np.float64) - first[n]) * spacing[n] for n in range(3)]
+    # Squared distances are separable: one axis after another, from the voxels in the box to all nodes.
+    squared = np.where(mask, np.float32(0), np.float32(np.inf))
+    for axis in (2, 1, 0):
+        n = 2 - axis
+        squared = np.ascontiguousarray(np.moveaxis(squared, axis, 1))
+        out = np.empty((squared.shape[0], len(places[n]), squared.shape[2]), dtype=np.float32)
+        lower_envelope(squared, float(spacing[n]), places[n], out)
+        squared = np.moveaxis(out, 1, axis)
+    distance = np.sqrt(squared, order="C")
+    _interpolate_near(distance, mask, spacing, places)
     return distance
 
 
-def _along_rows(inside: np.ndarray, step: float, places: np.ndarray) -> np.ndarray:
-    """Squared distance (k, j, n) along each row (k, j) to its nearest voxel; infinite in empty rows."""
-    count = inside.shape[2]
-    index = np.arange(count, dtype=np.float32)
-    before = np.maximum.accumulate(np.where(inside, index, -np.inf), axis=2)
-    after = np.minimum.accumulate(np.where(inside, index, np.inf)[:, :, ::-1], axis=2)[:, :, ::-1]
-    position = places / step
-    low = np.floor(position).astype(int)
-    left = np.where(low >= 0, before[:, :, np.clip(low, 0, count - 1)], -np.inf)
-    right = np.where(low < count - 1, after[:, :, np.clip(low + 1, 0, count - 1)], np.inf)
-    nearest = np.minimum(position - left, right - position) * step
-    return np.square(nearest).astype(np.float32)
+def distance_at_nodes_by_voxels(
+    mask: np.ndarray, box: tuple[slice, ...], spacing: np.ndarray, nodes: Sequence[np.ndarray]
+) -> np.ndarray:
+    """The same as distance_at_nodes where numba is not installed: all voxels' distances, interpolated."""
+    from scipy.ndimage import map_coordinates
 
-
-def _lower_envelope(squared: np.ndarray, step: float, places: np.ndarray) -> np.ndarray:
-    """Minimum over the middle axis of squared (a, m, n) plus the squared distance to places (p,): (a, p, n)."""
-    count = squared.shape[1]
-    cost = np.square(places[:, None] - np.arange(count) * step).astype(np.float32)
-    out = np.full((squared.shape[0], len(places), squared.shape[2]), np.inf, dtype=np.float32)
-    for layer, result in zip(squared, out, strict=True):
-        for m in np.flatnonzero(np.isfinite(layer).any(axis=1)):
-            np.minimum(result, cost[:, m, None] + layer[m], out=result)
+    pad = []
+    for n in range(3):
+        start, stop = box[2 - n].start, box[2 - n].stop
+        pad.append(
+            (max(start - int(np.floor(nodes[n][0])), 0), max(int(np.ceil(nodes[n][-1])) + 1 - stop, 0))
+        )
+    signed = distance_at_voxels(np.pad(mask, pad[::-1]), spacing, np.zeros(3, dtype=int))
+    index = [np.asarray(nodes[n]) - box[2 - n].start + pad[n][0] for n in range(3)]
+    out = np.empty([len(nodes[2 - axis]) for axis in range(3)], dtype=np.float32)
+    for layer, k in zip(out, index[2], strict=True):
+        place = np.broadcast_arrays(k, index[1][:, None], index[0][None])
+        map_coordinates(signed, place, output=layer, order=1, mode="nearest")
     return out
 
 
-def _interpolate_inside(
-    distance: np.ndarray, inside: np.ndarray, spacing: np.ndarray, places: Sequence[np.ndarray]
+def _interpolate_near(
+    distance: np.ndarray, mask: np.ndarray, spacing: np.ndarray, places: Sequence[np.ndarray]
 ) -> None:
-    """Replace the distance at nodes within a voxel of the structure by the interpolated signed one, in place."""
+    """Replace the distance (k, j, i) at nodes in and near a structure by the voxels' signed one, in place.
+
+    mask: (k, j, i) of the structure's box; places: mm of the nodes along i, j, k from the box's first voxel.
+    """
     from scipy.ndimage import map_coordinates
 
-    signed = distance_at_voxels(inside, spacing, np.full(3, 2))
-    near = np.nonzero(distance < spacing.max())
-    index = [places[2 - axis][near[axis]] / spacing[2 - axis] + 2 for axis in range(3)]
-    distance[near] = map_coordinates(signed, index, order=1, mode="nearest")
+    for part in connected_parts(np.pad(mask, 2).astype(np.int8), 2):
+        signed = distance_at_voxels(part.mask, spacing, np.zeros(3, dtype=int))
+        index, window = [], []
+        for axis in range(3):
+            position = places[2 - axis] / spacing[2 - axis] + 2 - part.box[axis].start
+            inside = np.flatnonzero((position >= 0) & (position <= part.mask.shape[axis] - 1))
+            window.append(slice(inside[0], inside[-1] + 1) if len(inside) else slice(0, 0))
+            index.append(position[window[-1]])
+        view = distance[tuple(window)]
+        near = np.nonzero(view < spacing.max())
+        place = [index[axis][near[axis]] for axis in range(3)]
+        view[near] = np.minimum(view[near], map_coordinates(signed, place, order=1, mode="nearest"))

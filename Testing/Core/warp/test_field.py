@@ -1,5 +1,8 @@
 """Displacement fields: interpolation, ITK's view of them, files."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import SimpleITK as sitk
@@ -115,3 +118,11 @@ def test_covering_grid_reaches_every_voxel_edge(affine_of, seed, spacing_mm):
 def test_covering_grid_needs_a_spacing(affine_of):
     with pytest.raises(InputError, match="spacing"):
         covering_grid(affine_of(0), (3, 3, 3), 0.0)
+
+
+def test_results_can_be_stored_without_torch():
+    """Fields, grids and composition are numpy and SimpleITK only."""
+    modules = "field", "dense", "composition", "vote", "infill", "distances"
+    code = "import sys\n" + "".join(f"import PolyPoseLib.warp.{name}\n" for name in modules)
+    code += "sys.exit('torch' in sys.modules or 'numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,49 @@
+"""Connected parts of structures, each in its own small box: ribs are one structure but many small boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+MAX_PARTS = 200
+"""A structure in more connected parts than this is handled as a whole."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One connected part of a structure: its label n, a box of slices (k, j, i), and where it is in the box."""
+
+    label: int
+    box: tuple[slice, ...]
+    mask: np.ndarray
+
+
+def connected_parts(labels: np.ndarray, border: ArrayLike) -> Iterator[Part]:
+    """Parts of all labels, connected by faces, edges or corners.
+
+    labels: (k, j, i) integers, 0 is background. border: voxels along (k, j, i), or one number, by which each
+    box is wider than its part, as far as the array reaches.
+    """
+    from scipy.ndimage import find_objects, label
+
+    for n, tight in enumerate(find_objects(labels), start=1):
+        if tight is None:
+            continue
+        parts, count = label(labels[tight] == n, np.ones((3, 3, 3)))
+        if count > MAX_PARTS:
+            parts = (parts > 0).astype(np.int32)
+        for m, inner in enumerate(find_objects(parts), start=1):
+            exact = tuple(
+                slice(t.start + s.start, t.start + s.stop) for t, s in zip(tight, inner, strict=True)
+            )
+            box = tuple(
+                slice(max(s.start - b, 0), min(s.stop + b, size))
+                for s, b, size in zip(exact, np.broadcast_to(border, 3), labels.shape, strict=True)
+            )
+            mask = np.zeros([s.stop - s.start for s in box], dtype=bool)
+            place = tuple(slice(e.start - b.start, e.stop - b.start) for e, b in zip(exact, box, strict=True))
+            mask[place] = parts[inner] == m
+            yield Part(n, box, mask)
