@@ -22,8 +22,14 @@ from PolyPoseLib.warp.field import DisplacementField
 REACH_MM = 10.0
 """The X-rays count this far around the moving bones."""
 
-SOFT_TISSUE_EVERY = 4
-"""Iterations after which the soft tissue is warped and rendered anew."""
+REFRESH_EVERY = 3
+"""Iterations after which weights, and soft tissue when bones moved, are made anew."""
+
+SOFT_TISSUE_TOLERANCE = 0.1
+"""Motion, in pixels, that the rendered soft tissue may lag behind."""
+
+BONE_RADIUS_MM = 50.0
+"""Lever at which a bone's rotation is counted as motion."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +96,7 @@ class _LevelFit:
     ) -> None:
         self.soft, self.level, self.backend = soft, level, backend
         self.field: DisplacementField | None = None
+        self._rendered: State | None = None
         self.centre = scene.anchor_centre
         views = [view_at(level, m, self.centre) for m in measured]
         moving = [k for k in range(len(scene.names)) if k != scene.anchor]
@@ -99,12 +106,15 @@ class _LevelFit:
         self.moving = moving
 
     def refresh(self, state: State, iteration: int) -> bool:
-        """Renew the weights, and now and then the soft tissue; True when the soft tissue was renewed."""
-        renew = iteration % SOFT_TISSUE_EVERY == 0
-        if renew:
+        """Renew the weights now and then, and the soft tissue when bones moved; True when that was renewed."""
+        if iteration % REFRESH_EVERY:
+            return False
+        moved = self._moved_since_rendered(state)
+        if moved:
             self.field = self.soft.coarse_field(state.poses)
+            self._rendered = state
         for n, view in enumerate(self.problem.views):
-            if renew:
+            if moved:
                 correction = state.corrections[n]
                 view.static = self.soft.render(
                     self.field, view.camera, correction, self.level.size_mm, self.backend
@@ -113,4 +123,27 @@ class _LevelFit:
             reach = REACH_MM / pixel_size_mm(view.camera, self.centre)
             region = within(covered(self.problem, state, n, which), reach)
             view.weight = robust_weight(view, self.problem.residual(state, n), region)
-        return renew
+        return moved
+
+    def _moved_since_rendered(self, state: State) -> bool:
+        """Whether a bone or a camera moved by more than a tenth of a pixel since the soft tissue was rendered."""
+        if self._rendered is None:
+            return True
+        centres = np.array([body.centre for body in self.problem.bodies])
+        change = max(
+            _largest_shift(state.poses, self._rendered.poses, centres),
+            _largest_shift(state.corrections, self._rendered.corrections, self.centre[None]),
+        )
+        return change > SOFT_TISSUE_TOLERANCE * self.level.size_mm
+
+
+def _largest_shift(now: np.ndarray, then: np.ndarray, centres: np.ndarray) -> float:
+    """Largest displacement (mm) of points BONE_RADIUS_MM around the centres (M, 3) between motions (M, 4, 4)."""
+    difference = now - then
+    turn = np.linalg.norm(difference[:, :3, :3], axis=(1, 2)) * BONE_RADIUS_MM
+    shift = np.linalg.norm(
+        np.einsum("mab,mb->ma", difference[:, :3, :3], np.broadcast_to(centres, (len(now), 3)))
+        + difference[:, :3, 3],
+        axis=1,
+    )
+    return float((turn + shift).max())

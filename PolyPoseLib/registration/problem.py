@@ -15,7 +15,7 @@ from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.local_contrast import LocalContrast
 from PolyPoseLib.registration.rigid_motion import about, adjoint_of_correction, perturbation
 from PolyPoseLib.rendering.backend import Backend
-from PolyPoseLib.rendering.rigid import Body, BodyProjection, project_body
+from PolyPoseLib.rendering.rigid import Body, BodyProjection, Window, project_body
 
 
 @dataclass
@@ -51,12 +51,28 @@ class Normal:
 
 
 @dataclass(frozen=True)
+class Block:
+    """Derivative of a view's residual by six unknowns.
+
+    first: number of the first unknown; window: where it is not zero; jacobian: (6, h, w) inside the window.
+    """
+
+    first: int
+    window: Window
+    jacobian: np.ndarray
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """The window as an index into an image."""
+        return slice(self.window[0], self.window[1]), slice(self.window[2], self.window[3])
+
+
+@dataclass(frozen=True)
 class Linearised:
-    """residual: (H, W); columns: (p,) numbers of the unknowns it depends on; jacobian: (p, H, W)."""
+    """residual: (H, W); blocks: its derivatives."""
 
     residual: np.ndarray
-    columns: np.ndarray
-    jacobian: np.ndarray
+    blocks: list[Block]
 
 
 class RigidProblem:
@@ -134,14 +150,18 @@ class RigidProblem:
         for n, view in enumerate(self.views):
             linear = self.linearise(state, n)
             costs.append(self._view_cost(linear.residual, view))
-            if not len(linear.columns):
-                continue
-            used = view.weight > 0
             scale = 1.0 / (len(self.views) * max(float(view.weight.sum()), 1e-6))
-            jacobian = linear.jacobian[:, used]
-            weighted = jacobian * view.weight[used]
-            matrix[np.ix_(linear.columns, linear.columns)] += scale * (weighted @ jacobian.T)
-            gradient[linear.columns] += scale * (weighted @ linear.residual[used])
+            weighted = [block.jacobian * view.weight[block.slices] for block in linear.blocks]
+            for a, block in enumerate(linear.blocks):
+                rows = slice(block.first, block.first + 6)
+                residual = linear.residual[block.slices]
+                gradient[rows] += scale * (weighted[a].reshape(6, -1) @ residual.reshape(-1))
+                for b in range(a + 1):
+                    product = scale * _overlap_product(block, weighted[a], linear.blocks[b])
+                    columns = slice(linear.blocks[b].first, linear.blocks[b].first + 6)
+                    matrix[rows, columns] += product
+                    if b != a:
+                        matrix[columns, rows] += product.T
         return Normal(self._mean(costs), matrix, gradient)
 
     def linearise(self, state: State, view_index: int) -> Linearised:
@@ -149,32 +169,26 @@ class RigidProblem:
         view = self.views[view_index]
         image, projections = self.render(state, view_index, jacobian=True)
         normalised = view.contrast.normalise(image)
-        residual = normalised.values - view.target
-        shape = residual.shape
-        columns, blocks = [], []
+        blocks = []
         camera_free = view_index in self.free_cameras
-        camera_change = np.zeros((6, *shape), np.float32) if camera_free else None
+        camera_change = np.zeros((6, *image.shape), np.float32) if camera_free else None
         for k, projection in enumerate(projections):
             if projection.jacobian is None or projection.image.size == 0:
                 continue
             if k in self.free_poses:
                 change, window = view.contrast.derivative(normalised, projection.jacobian, projection.window)
-                block = np.zeros((6, *shape), np.float32)
-                block[:, window[0] : window[1], window[2] : window[3]] = change
-                blocks.append(block)
-                columns.append(6 * self.free_poses.index(k))
+                blocks.append(Block(6 * self.free_poses.index(k), window, change))
             if camera_change is not None:
                 spread = adjoint_of_correction(state.poses[k], self.bodies[k].centre, self.camera_centre)
                 row0, row1, column0, column1 = projection.window
                 moved = np.tensordot(spread.T.astype(np.float32), projection.jacobian, 1)
                 camera_change[:, row0:row1, column0:column1] += moved
         if camera_change is not None:
-            change, _ = view.contrast.derivative(normalised, camera_change, (0, shape[0], 0, shape[1]))
-            blocks.append(change)
-            columns.append(6 * (len(self.free_poses) + self.free_cameras.index(view_index)))
-        index = [first + n for first in columns for n in range(6)]
-        jacobian = np.concatenate(blocks) if blocks else np.zeros((0, *shape), np.float32)
-        return Linearised(residual, np.array(index, int), jacobian)
+            whole = (0, image.shape[0], 0, image.shape[1])
+            change, window = view.contrast.derivative(normalised, camera_change, whole)
+            first = 6 * (len(self.free_poses) + self.free_cameras.index(view_index))
+            blocks.append(Block(first, window, change))
+        return Linearised(normalised.values - view.target, blocks)
 
     @staticmethod
     def _view_cost(residual: np.ndarray, view: View) -> float:
@@ -185,3 +199,17 @@ class RigidProblem:
     @staticmethod
     def _mean(costs: list[float]) -> float:
         return sum(costs) / len(costs)
+
+
+def _overlap_product(first: Block, weighted: np.ndarray, second: Block) -> np.ndarray:
+    """(6, 6) sum over the pixels that two blocks share of the first's weighted derivative times the second's."""
+    row0, row1 = max(first.window[0], second.window[0]), min(first.window[1], second.window[1])
+    column0, column1 = max(first.window[2], second.window[2]), min(first.window[3], second.window[3])
+    if row0 >= row1 or column0 >= column1:
+        return np.zeros((6, 6))
+
+    def part(values: np.ndarray, window: Window) -> np.ndarray:
+        rows = slice(row0 - window[0], row1 - window[0])
+        return values[:, rows, column0 - window[2] : column1 - window[2]].reshape(6, -1)
+
+    return part(weighted, first.window) @ part(second.jacobian, second.window).T

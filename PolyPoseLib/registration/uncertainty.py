@@ -72,14 +72,16 @@ def pose_uncertainties(problem: RigidProblem, state: State) -> dict[int, PoseUnc
     spread = np.zeros((problem.size, problem.size))
     for n, view in enumerate(problem.views):
         linear = problem.linearise(state, n)
-        if not len(linear.columns):
-            continue
-        weighted = linear.jacobian * view.weight
         used = view.weight > 0
-        block = np.ix_(linear.columns, linear.columns)
-        curvature[block] += weighted[:, used] @ linear.jacobian[:, used].T
+        columns = np.array([block.first + c for block in linear.blocks for c in range(6)], int)
+        jacobian = np.zeros((len(columns), *used.shape), np.float32)
+        for b, block in enumerate(linear.blocks):
+            jacobian[(slice(6 * b, 6 * b + 6), *block.slices)] = block.jacobian
+        weighted = jacobian * view.weight
+        where = np.ix_(columns, columns)
+        curvature[where] += weighted[:, used] @ jacobian[:, used].T
         sums = _cluster_sums(weighted * linear.residual, PATCHES_PER_CLUSTER * view.contrast.size)
-        spread[block] += sums @ sums.T
+        spread[where] += sums @ sums.T
     prior = np.tile([np.radians(UNSEEN_ROTATION_DEG)] * 3 + [UNSEEN_TRANSLATION_MM] * 3, problem.size // 6)
     # The prior enters in the residual's own unit, so that it matters only where the images say nothing.
     noise = float(np.trace(spread) / max(np.trace(curvature), 1e-12))
