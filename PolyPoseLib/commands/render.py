@@ -1,0 +1,131 @@
+"""Subcommand render: a persistent process that renders a CT through cameras that arrive as JSON lines.
+
+Whoever asks writes one object a line to stdin: {"id": 7, "intrinsics": 3x3, "extrinsic": 4x4, "height": H,
+"width": W, "output": PATH}. The image is written to PATH as raw float32, row by row, and one object a line on
+stdout answers: {"id", "seconds"} or {"id", "error"}; the first line, {"ready": true}, says that the CT is
+prepared. A request that is older than another one in the queue is dropped without an answer. The end of stdin
+ends the process.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+from PolyPoseLib.commands._arguments import new_parser
+from PolyPoseLib.errors import InputError, PolyPoseError
+
+if TYPE_CHECKING:
+    from PolyPoseLib.rendering.preview import PreviewRenderer
+
+_LARGEST_SIDE = 4096
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = new_parser(
+        subparsers,
+        "render",
+        "render a CT through cameras that arrive as JSON lines on stdin",
+        "python -m PolyPoseLib render ct.nii.gz < requests.jsonl",
+    )
+    parser.add_argument("ct", type=Path, help="CT in Hounsfield units")
+    parser.add_argument("--threads", type=int, metavar="N", help="CPU threads (default: all)")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Answer requests until stdin ends."""
+    from PolyPoseLib.imaging.volume import read_ct
+    from PolyPoseLib.rendering.backend import select_backend
+    from PolyPoseLib.rendering.preview import PreviewRenderer
+
+    requests = LatestRequest(sys.stdin)
+    if arguments.threads is not None and arguments.threads < 1:
+        raise InputError(f"--threads is {arguments.threads}: give 1 or more.")
+    renderer = PreviewRenderer(read_ct(arguments.ct), backend=select_backend(threads=arguments.threads))
+    _compile(renderer)
+    _say({"ready": True})
+    while (line := requests.take()) is not None:
+        _say(answer(renderer, line))
+    return 0
+
+
+class LatestRequest:
+    """Reads lines in a thread and keeps the last one only."""
+
+    def __init__(self, stream: TextIO) -> None:
+        """Start reading."""
+        self._condition = threading.Condition()
+        self._line: str | None = None
+        self._ended = False
+        threading.Thread(target=self._read, args=(stream,), daemon=True).start()
+
+    def _read(self, stream: TextIO) -> None:
+        for line in stream:
+            if line.strip():
+                with self._condition:
+                    self._line = line
+                    self._condition.notify()
+        with self._condition:
+            self._ended = True
+            self._condition.notify()
+
+    def take(self) -> str | None:
+        """Wait for a line and return the newest; None when no more will come."""
+        with self._condition:
+            self._condition.wait_for(lambda: self._line is not None or self._ended)
+            line, self._line = self._line, None
+            return line
+
+
+def answer(renderer: PreviewRenderer, line: str) -> dict[str, Any]:
+    """Do what one line asks for; whatever is wrong with it is said in the answer."""
+    number = None
+    try:
+        request = json.loads(line)
+        if not isinstance(request, Mapping):
+            raise InputError("A request is a JSON object.")
+        number = request.get("id")
+        began = time.perf_counter()
+        image = renderer.render(_camera(request))
+        output = Path(request["output"])
+        part = output.with_name(output.name + ".part")
+        image.tofile(part)
+        os.replace(part, output)
+    except KeyError as error:
+        return {"id": number, "error": f"The request lacks the field {error}."}
+    except (PolyPoseError, OSError, ValueError, TypeError) as error:
+        return {"id": number, "error": str(error)}
+    return {"id": number, "seconds": round(time.perf_counter() - began, 4)}
+
+
+def _camera(request: Mapping[str, Any]):
+    from PolyPoseLib.geometry.camera import Camera
+
+    camera = Camera(request["intrinsics"], request["extrinsic"], request["height"], request["width"])
+    if max(camera.height, camera.width) > _LARGEST_SIDE:
+        raise InputError(f"The image is larger than {_LARGEST_SIDE} pixels: ask for a smaller one.")
+    return camera
+
+
+def _compile(renderer: PreviewRenderer) -> None:
+    """Let the kernels be compiled, or loaded, before the first request."""
+    import numpy as np
+
+    from PolyPoseLib.geometry.camera import Camera
+
+    extrinsic = np.eye(4)
+    extrinsic[2, 3] = 1000.0
+    renderer.render(Camera([[10, 0, 4], [0, 10, 4], [0, 0, 1]], extrinsic, 8, 8))
+
+
+def _say(fields: Mapping[str, Any]) -> None:
+    print(json.dumps(fields), flush=True)

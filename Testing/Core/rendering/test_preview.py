@@ -1,0 +1,94 @@
+"""Renderings at review size, and the process that makes them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from PolyPoseLib.commands import render as command
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.camera import Camera, look_at
+from PolyPoseLib.imaging.volume import Volume, write_volume
+from PolyPoseLib.rendering.preview import PreviewRenderer, block_mean, review_camera
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def box_ct() -> Volume:
+    """A block of water of 40 x 30 x 20 mm in air."""
+    voxels = np.full((20, 30, 40), -1000, np.int16)
+    voxels[5:15, 5:25, 5:35] = 0
+    return Volume(voxels, np.eye(4))
+
+
+def camera() -> Camera:
+    """Looks along y at the block's middle."""
+    extrinsic = look_at((19.5, -500.0, 9.5), (19.5, 14.5, 9.5))
+    return Camera([[1000, 0, 24.5], [0, 1000, 19.5], [0, 0, 1]], extrinsic, 40, 50)
+
+
+def test_the_middle_ray_sees_the_water() -> None:
+    image = PreviewRenderer(box_ct(), voxel_mm=1.0, step_mm=0.5).render(camera())
+    assert image.shape == (40, 50)
+    assert image[19, 24] == pytest.approx(20 * 0.02, rel=0.03)
+    assert image[0, 0] == 0
+
+
+def test_block_mean_keeps_mass_and_centre() -> None:
+    rng = np.random.default_rng(1)
+    voxels = rng.random((7, 9, 10)).astype(np.float32)
+    affine = np.diag([1.0, 2.0, 1.2, 1.0])
+    mean, coarse = block_mean(voxels, affine, 2.5)
+    assert mean.shape == (4, 9, 5)
+    assert mean.sum() * 4 == pytest.approx(voxels.sum(), rel=1e-5)
+    np.testing.assert_allclose(coarse @ [0, 0, 0, 1], affine @ [0.5, 0, 0.5, 1])
+
+
+def test_review_camera_is_small_and_sees_the_same() -> None:
+    big = Camera([[5000, 0, 500], [0, 5000, 400], [0, 0, 1]], np.eye(4), 801, 1001)
+    small, factor = review_camera(big, 200)
+    assert max(small.height, small.width) <= 200
+    point = np.array([10.0, 5.0, 700.0])
+    np.testing.assert_allclose((small.project(point) + 0.5) * factor - 0.5, big.project(point))
+    with pytest.raises(InputError):
+        review_camera(big, 0)
+
+
+def request(number: int, output: Path, **changes) -> str:
+    asked = camera()
+    fields = {
+        "id": number,
+        "intrinsics": asked.intrinsics.tolist(),
+        "extrinsic": asked.extrinsic.tolist(),
+        "height": asked.height,
+        "width": asked.width,
+        "output": str(output),
+    }
+    return json.dumps({**fields, **changes}) + "\n"
+
+
+def test_a_wrong_request_is_answered(tmp_path: Path) -> None:
+    renderer = PreviewRenderer(box_ct(), 4.0)
+    for line in ("[1]", "not json", "{}", request(1, tmp_path / "a", height=100000)):
+        assert "error" in command.answer(renderer, line)
+    assert command.answer(renderer, request(3, tmp_path / "no" / "where"))["id"] == 3
+
+
+def test_the_process_answers_the_newest_and_ends_with_stdin(tmp_path: Path) -> None:
+    write_volume(box_ct(), tmp_path / "ct.nii.gz")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "PolyPoseLib", "render", str(tmp_path / "ct.nii.gz"), "--threads", "1"],
+        cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    lines = "".join(request(number, tmp_path / "out.raw") for number in range(200))
+    said, _ = process.communicate(lines, timeout=60)
+    answers = [json.loads(line) for line in said.splitlines()]
+    assert answers[0] == {"ready": True}
+    assert answers[-1]["id"] == 199 and len(answers) < 100
+    assert np.fromfile(tmp_path / "out.raw", np.float32).size == 40 * 50
+    assert process.returncode == 0
