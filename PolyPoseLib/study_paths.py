@@ -23,7 +23,7 @@ def resolve(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
     try:
         target = path.resolve()
         exists = target.exists()
-    except (OSError, RuntimeError) as error:
+    except (OSError, RuntimeError, ValueError) as error:
         raise InputError(f'"{field}" names "{name}", a path that cannot be followed: correct it.') from error
     if not allow_outside and not _is_inside(target, folder):
         raise InputError(
