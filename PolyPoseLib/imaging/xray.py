@@ -160,12 +160,7 @@ def read_xray(
     if xray_plain.ending_of(path):
         pixels = xray_values.values_of_plain(path, frame, given, notes)
     else:
-        dataset = xray_dicom.open_dicom(path, notes.where)
-        tags = xray_dicom.XrayTags(dataset, xray_dicom.choose_frame(dataset, frame, notes))
-        shape = (dataset.Rows, dataset.Columns)
-        xray_values.refuse_small(shape, notes)
-        detector_of(tags, given, shape, Notes(path.name, entry_name))
-        pixels = xray_values.values_of_dicom(tags, given, notes)
+        tags, pixels = _read_dicom(path, frame, given, notes)
     mask = pixels.mask
     if given.mask is not None:
         folder = folder or xray_values.study_folder(path, fields or {})
@@ -176,6 +171,25 @@ def read_xray(
     image = pixels.line_integrals(mask, notes)
     pose, mirrored = _pose(tags, given, detector, isocenter, notes)
     return _assemble(image, mask, detector, given, pose, mirrored, path, notes)
+
+
+def _read_dicom(
+    path: Path, frame: int | None, given: XrayFields, notes: Notes
+) -> tuple[xray_dicom.XrayTags, xray_values.PixelValues]:
+    """Attributes and pixel values of a DICOM frame; whatever a damaged file breaks becomes one sentence."""
+    dataset = xray_dicom.open_dicom(path, notes.where)
+    try:
+        tags = xray_dicom.XrayTags(dataset, xray_dicom.choose_frame(dataset, frame, notes))
+        shape = (dataset.Rows, dataset.Columns)
+        xray_values.refuse_small(shape, notes)
+        detector_of(tags, given, shape, Notes(notes.where, notes.entry))
+        return tags, xray_values.values_of_dicom(tags, given, notes)
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(
+            f"{notes.where} is damaged: its DICOM attributes contradict each other; copy the file again."
+        ) from error
 
 
 def _pose(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import re
 import warnings
 import zlib
 from collections.abc import Iterator
@@ -84,8 +85,9 @@ def open_dicom(path: Path, where: str) -> Dataset:
                 f"{where} is damaged or cut short: its DICOM header cannot be read; copy the file again."
             ) from None
     if modality and modality not in XRAY_MODALITIES:
+        shown = modality if re.fullmatch(r"[A-Z0-9_]{2,16}", modality) else "unknown"
         raise InputError(
-            f"{where} is a DICOM object of modality {modality}, not an X-ray; give an XA, RF, CR, DX, MG or "
+            f"{where} is a DICOM object of modality {shown}, not an X-ray; give an XA, RF, CR, DX, MG or "
             "RTIMAGE file."
         )
     if not has_pixels:

@@ -5,7 +5,7 @@ VOI windows and presentation LUTs belong to the display and are never applied (P
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from PolyPoseLib.imaging.xray_notes import Notes
 
 if TYPE_CHECKING:
     from pydicom.dataset import Dataset
+    from pydicom.uid import UID
 
 _PACKAGES = {
     "JPEG 2000": "pylibjpeg pylibjpeg-openjpeg",
@@ -64,24 +65,36 @@ def _decode(dataset: Dataset, frame: int, where: str) -> np.ndarray:
     try:
         decoder = get_decoder(syntax)
     except NotImplementedError:
+        shown = syntax.name if syntax.name != str(syntax) else "an unknown transfer syntax"
         raise InputError(
-            f"{where} is stored as {syntax.name}, which is not read; export it uncompressed."
+            f"{where} is stored as {shown}, which is not read; export it uncompressed."
         ) from None
     if not decoder.is_available:
         package = next((_PACKAGES[key] for key in _PACKAGES if syntax.name.startswith(key)), None)
         mend = f"pip install {package}" if package else "export it uncompressed"
         raise InputError(f"{where} is compressed as {syntax.name} and its decoder is missing: {mend}.")
     _refuse_short(dataset, where)
-    options = {} if syntax.is_encapsulated else {"correct_unused_bits": False}
+    options = _decoder_options(syntax)
     try:
         return decoder.as_array(dataset, index=frame, **options)[0]
     except MemoryError:
         raise InputError(f"{where} does not fit in memory; export a single frame.") from None
-    except Exception:
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt | SystemExit):
+            raise
         raise InputError(
             f"{where} has pixel data ({syntax.name}) that cannot be decoded: they are damaged or cut short; "
             "copy the file again or export it uncompressed."
         ) from None
+
+
+def _decoder_options(syntax: UID) -> dict[str, Any]:
+    """Options of pydicom's decoder; RLE by pydicom's own, because a damaged stream panics in the plugin's
+    Rust.
+    """
+    if not syntax.is_encapsulated:
+        return {"correct_unused_bits": False}
+    return {"decoding_plugin": "pydicom"} if syntax == "1.2.840.10008.1.2.5" else {}
 
 
 def _refuse_short(dataset: Dataset, where: str) -> None:
