@@ -1,0 +1,62 @@
+# Stands for Slicer's build system where there is no Slicer: `cmake -S . -B build -DSlicer_DIR=Testing/harness/cmake
+# -DPOLYPOSE_PYTHON=python`. It refuses files that are listed and missing, or there and not packaged; `cmake --install`
+# lays the files out as an installed extension has them; `ctest` runs the tests on the harness.
+set(Slicer_FOUND TRUE)
+set(Slicer_USE_PYTHONQT ON)
+set(Slicer_QTSCRIPTEDMODULES_LIB_DIR "lib/Slicer/qt-scripted-modules")
+find_program(POLYPOSE_PYTHON NAMES python3 python REQUIRED)
+get_filename_component(_harness_dir "${CMAKE_CURRENT_LIST_DIR}" DIRECTORY)
+
+file(WRITE ${CMAKE_BINARY_DIR}/stub/use.cmake
+  "option(BUILD_TESTING \"Test\" ON)\nif(BUILD_TESTING)\n  enable_testing()\nendif()\n")
+set(Slicer_USE_FILE ${CMAKE_BINARY_DIR}/stub/use.cmake)
+file(WRITE ${CMAKE_BINARY_DIR}/stub/generate.cmake
+  "foreach(name HOMEPAGE CONTRIBUTORS DESCRIPTION ICONURL SCREENSHOTURLS DEPENDS)
+  if(\"\${EXTENSION_\${name}}\" STREQUAL \"\")
+    message(FATAL_ERROR \"EXTENSION_\${name} is not set\")
+  endif()
+endforeach()\n")
+set(Slicer_EXTENSION_GENERATE_CONFIG ${CMAKE_BINARY_DIR}/stub/generate.cmake)
+file(WRITE ${CMAKE_BINARY_DIR}/stub/cpack.cmake "")
+set(Slicer_EXTENSION_CPACK ${CMAKE_BINARY_DIR}/stub/cpack.cmake)
+
+function(slicerMacroBuildScriptedModule)
+  cmake_parse_arguments(MODULE "WITH_GENERIC_TESTS;WITH_SUBDIR;VERBOSE" "NAME" "SCRIPTS;RESOURCES" ${ARGN})
+  if(MODULE_UNPARSED_ARGUMENTS OR NOT MODULE_NAME)
+    message(FATAL_ERROR "slicerMacroBuildScriptedModule: NAME is missing, or unknown: ${MODULE_UNPARSED_ARGUMENTS}")
+  endif()
+  set(listed ${MODULE_SCRIPTS} ${MODULE_RESOURCES})
+  foreach(name ${listed})
+    if(NOT EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${name})
+      message(SEND_ERROR "${MODULE_NAME}: listed but missing: ${name}")
+    endif()
+  endforeach()
+  file(GLOB_RECURSE there RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *)
+  list(FILTER there EXCLUDE REGEX "(^|/)(__pycache__|Testing)/|(^|/)CMakeLists\\.txt$|\\.nb[ic]$")
+  foreach(name ${there})
+    if(NOT name IN_LIST listed)
+      message(SEND_ERROR "${MODULE_NAME}: there but not packaged: ${name}")
+    endif()
+  endforeach()
+  set(place ${Slicer_QTSCRIPTEDMODULES_LIB_DIR})
+  if(MODULE_WITH_SUBDIR)
+    get_filename_component(folder ${CMAKE_CURRENT_SOURCE_DIR} NAME)
+    set(place ${place}/${folder})
+  endif()
+  foreach(name ${listed})
+    get_filename_component(folder ${name} DIRECTORY)
+    install(FILES ${name} DESTINATION ${place}/${folder})
+  endforeach()
+endfunction()
+
+function(slicer_add_python_unittest)
+  cmake_parse_arguments(TEST "" "SCRIPT;TESTNAME_PREFIX" "SLICER_ARGS" ${ARGN})
+  if(NOT EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${TEST_SCRIPT})
+    message(SEND_ERROR "There is no test script ${TEST_SCRIPT}")
+  endif()
+  get_filename_component(name ${TEST_SCRIPT} NAME_WE)
+  add_test(
+    NAME py_${TEST_TESTNAME_PREFIX}${name}
+    COMMAND ${POLYPOSE_PYTHON} ${_harness_dir}/run_unittest.py ${CMAKE_CURRENT_SOURCE_DIR} ${name}
+    )
+endfunction()
