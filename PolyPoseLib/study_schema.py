@@ -94,7 +94,7 @@ def _check_version(fields: Mapping[str, Any]) -> None:
     version = fields.get("version", VERSION)
     if isinstance(version, bool) or version != VERSION:
         raise InputError(
-            f'"version" is {version!r}, but this program reads version {VERSION}: '
+            f'"version" is {json.dumps(version)}, but this program reads version {VERSION}: '
             + (
                 "update PolyPose."
                 if isinstance(version, int) and version > VERSION
@@ -121,7 +121,7 @@ def check_structures(structures: Any) -> None:
             number = isinstance(label, int) and not isinstance(label, bool) and label > 0
             if not number and not (isinstance(label, str) and label.strip()):
                 raise InputError(
-                    f"{where} holds {label!r}: a label is a whole number above 0 or the name of a segment."
+                    f"{where} holds {json.dumps(label)}: a label is a whole number above 0 or the name of a segment."
                 )
 
 
