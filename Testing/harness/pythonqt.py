@@ -29,6 +29,9 @@ _native_getattribute = _QObject.__getattribute__
 _connections: dict[int, list[_Connection]] = {}
 _lenient = False
 
+_VIRTUAL = ("sizeHint", "minimumSizeHint")
+"""Properties that Qt itself asks a Python class for; reading them as properties there would never end."""
+
 
 class _Connection:
     """One connected slot, so that it can be found again by signal and receiver."""
@@ -49,6 +52,8 @@ class _Property:
             if hasattr(self.original, "__get__"):
                 return self.original.__get__(None, owner)
             return self.original
+        if self.name in _VIRTUAL and not type(instance).__module__.startswith("PySide6"):
+            return self.original.__get__(instance, owner)()
         return _QObject.property(instance, self.name)
 
     def __set__(self, instance: Any, value: Any) -> None:

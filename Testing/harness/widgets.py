@@ -14,6 +14,9 @@ from .pythonqt import set_private
 
 Signal = QtCore.Signal
 
+_HEADER_HEIGHT = 26
+_ANY_HEIGHT = 16777215
+
 
 def stored(kind: Any, name: str, default: Any, signal: str | None = None) -> QtCore.Property:
     """A Qt property kept in the instance, with an optional notification."""
@@ -217,6 +220,26 @@ class ctkCollapsibleButton(StandIn):
     collapsed = stored(bool, "collapsed", False, "contentsCollapsed")
     checkable = stored(bool, "checkable", False)
 
+    def __init__(self, parent: QtWidgets.QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setContentsMargins(0, _HEADER_HEIGHT, 0, 0)
+
+    def property_changed(self, name: str) -> None:
+        """A collapsed section is only its title."""
+        self.setMaximumHeight(_HEADER_HEIGHT if self.collapsed else _ANY_HEIGHT)
+        self.update()
+
+    def paintEvent(self, _event: Any) -> None:
+        """Draw the title."""
+        painter = QtWidgets.QStylePainter(self)
+        option = QtWidgets.QStyleOptionButton()
+        option.initFrom(self)
+        option.rect = QtCore.QRect(0, 0, self.width, _HEADER_HEIGHT)
+        arrow = "\u25b8" if self.collapsed else "\u25be"
+        option.text = f"{arrow} {self.text}"
+        painter.drawControl(QtWidgets.QStyle.ControlElement.CE_PushButton, option)
+        painter.end()
+
 
 class ctkSliderWidget(StandIn):
     """A slider with a spin box."""
@@ -233,10 +256,26 @@ class ctkSliderWidget(StandIn):
     tracking = stored(bool, "tracking", True)
     spinBoxVisible = stored(bool, "spinBoxVisible", True)
 
+    def __init__(self, parent: QtWidgets.QWidget | None = None) -> None:
+        super().__init__(parent)
+        slider, box = QtWidgets.QSlider(QtCore.Qt.Orientation.Horizontal), QtWidgets.QDoubleSpinBox()
+        slider.setRange(0, 1000)
+        layout = QtWidgets.QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(slider, 1)
+        layout.addWidget(box)
+        set_private(self, _slider=slider, _box=box)
+        self._draw()
+        slider.sliderMoved.connect(
+            lambda step: self.setValue(self.minimum + (self.maximum - self.minimum) * step / 1000)
+        )
+        box.valueChanged.connect(lambda value: self.setValue(value))
+
     def property_changed(self, name: str) -> None:
         """A new range moves the value into it."""
         if name in ("minimum", "maximum"):
             self.setValue(self._read())
+        self._draw()
 
     def _read(self) -> float:
         return self.__dict__.get("_value", 0.0)
@@ -246,7 +285,21 @@ class ctkSliderWidget(StandIn):
         value = round(min(max(float(value), self.minimum), self.maximum), self.decimals)
         if value != self._read():
             set_private(self, _value=value)
+            self._draw()
             self.valueChanged.emit(value)
+
+    def _draw(self) -> None:
+        """Let the slider and the box inside show the value."""
+        for part in (self._slider, self._box):
+            part.blockSignals(True)
+        self._box.setDecimals(self.decimals)
+        self._box.setRange(self.minimum, self.maximum)
+        self._box.setSuffix(self.suffix)
+        self._box.setValue(self._read())
+        span = self.maximum - self.minimum
+        self._slider.setValue(round(1000 * (self._read() - self.minimum) / span) if span else 0)
+        for part in (self._slider, self._box):
+            part.blockSignals(False)
 
     value = QtCore.Property(float, _read, setValue)
 
@@ -265,6 +318,20 @@ class ctkPathLineEdit(StandIn):
     filters = stored(int, "filters", 0)
     nameFilters = stored("QStringList", "nameFilters", [])
     settingKey = stored(str, "settingKey", "")
+
+    def __init__(self, parent: QtWidgets.QWidget | None = None) -> None:
+        super().__init__(parent)
+        edit, browse = QtWidgets.QLineEdit(), QtWidgets.QToolButton()
+        browse.setText("...")
+        layout = QtWidgets.QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(edit, 1)
+        layout.addWidget(browse)
+        set_private(self, _edit=edit)
+
+    def property_changed(self, name: str) -> None:
+        """Show the path."""
+        self._edit.setText(self.currentPath)
 
     def setCurrentPath(self, path: str) -> None:
         """Set the path."""
