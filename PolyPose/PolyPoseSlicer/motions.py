@@ -17,7 +17,8 @@ from .frames import flip_vectors
 MOTIONS_ATTRIBUTE = "PolyPose.Motions"
 """Attribute of the table node with all motions as JSON, so that they outlive the scene file."""
 
-_SIGNIFICANT_DECIMALS = 3
+DECIMALS = 6
+"""Numbers in tables are rounded to these."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def _row(name: str, matrix: np.ndarray, motion: Motion, absolute: bool) -> Motio
     angle = np.arctan2(np.linalg.norm(twist), np.trace(rotation) - 1.0)
     centroid = np.zeros(3) if motion.centroid is None else motion.centroid
     shift = rotation @ centroid + matrix[:3, 3] - centroid
-    uncertainty = flat_numbers(motion.uncertainty or {}) if absolute else {}
+    uncertainty = interval_columns(motion.uncertainty or {}) if absolute else {}
     return MotionRow(
         name, float(np.degrees(angle)), flip_vectors(_axis(rotation, twist)), flip_vectors(shift), uncertainty
     )
@@ -83,18 +84,22 @@ def _axis(rotation: np.ndarray, twist: np.ndarray) -> np.ndarray:
     return vectors[:, np.argmax(values)]
 
 
-def flat_numbers(fields: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
-    """The numbers of nested objects and lists, each under the names that lead to it."""
-    flat: dict[str, float] = {}
-    for key, value in fields.items():
-        name = f"{prefix} {key}".strip()
-        if isinstance(value, Mapping):
-            flat |= flat_numbers(value, name)
-        elif isinstance(value, (list, tuple, np.ndarray)):
-            flat |= flat_numbers({str(index): each for index, each in enumerate(value)}, name)
-        elif isinstance(value, (int, float)) and not isinstance(value, bool):
-            flat[name] = float(value)
-    return flat
+def interval_columns(uncertainty: Mapping[str, Any]) -> dict[str, float]:
+    """The intervals that a table shows, by the columns' titles; the larger of two directions.
+
+    uncertainty: as PolyPoseLib.registration.uncertainty gives it, half widths in mm and degrees at a level.
+    """
+    percent = 100 * float(uncertainty.get("level", 0.95))
+    columns = {}
+    for key, title in (
+        ("along_mm", _("{percent:.0f} % along the rays [mm]")),
+        ("across_mm", _("{percent:.0f} % across the rays [mm]")),
+        ("rotation_about_view_deg", _("{percent:.0f} % about the rays [deg]")),
+        ("rotation_across_deg", _("{percent:.0f} % across the rays [deg]")),
+    ):
+        if uncertainty.get(key) is not None:
+            columns[title.format(percent=percent)] = float(np.max(uncertainty[key]))
+    return columns
 
 
 def fill_motion_table(
@@ -113,9 +118,7 @@ def fill_motion_table(
     for index, side in enumerate((_("Axis R"), _("Axis A"), _("Axis S"))):
         columns[side] = [float(row.axis[index]) for row in rows]
     for name in extra:
-        columns[_("Uncertainty: {name}").format(name=name)] = [
-            row.uncertainty.get(name, float("nan")) for row in rows
-        ]
+        columns[name] = [row.uncertainty.get(name, float("nan")) for row in rows]
     set_table(node, columns)
     node.SetAttribute(MOTIONS_ATTRIBUTE, motions_to_text(motions))
 
@@ -129,7 +132,7 @@ def set_table(node: slicer.vtkMRMLTableNode, columns: Mapping[str, list]) -> Non
         array = vtk.vtkStringArray() if text else vtk.vtkDoubleArray()
         array.SetName(name)
         for value in values:
-            array.InsertNextValue(value if text else round(float(value), _SIGNIFICANT_DECIMALS + 3))
+            array.InsertNextValue(value if text else round(float(value), DECIMALS) + 0.0)  # no minus zero
         node.AddColumn(array)
     node.SetUseColumnTitleAsColumnHeader(False)
     node.EndModify(was)

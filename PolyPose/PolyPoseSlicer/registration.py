@@ -26,8 +26,8 @@ from .loading import LoadedResult, load_folder
 from .results import InputStyle, OutputNodes, fill_nodes
 from .study_writer import StudyData, write_study
 
-POLL_SECONDS = 0.03
-"""A poll on the main thread lasts no longer than about this."""
+POLL_SECONDS = 0.02
+"""A poll on the main thread lasts about this long at most; no single step of it takes as long."""
 
 TEMPORARY_PREFIX = "PolyPose-"
 _WAIT_SECONDS = 0.02
@@ -107,7 +107,7 @@ class Registration:
         return self._job.log if self._job is not None else []
 
     def poll(self) -> State:
-        """Do what is due, for about 30 ms at most, and return the state; never raises for the run's failures."""
+        """Do what is due, for about 20 ms at most, and return the state; never raises for the run's failures."""
         step = {State.WRITING: self._poll_writing, State.RUNNING: self._poll_running}
         try:
             if self.state is State.LOADING:

@@ -21,3 +21,4 @@ def pytest_configure(config: pytest.Config) -> None:
     folder = config.getoption("--slicer-python")
     if folder:
         os.environ["POLYPOSE_SLICER_PYTHON"] = folder
+    import slicer_case  # noqa: F401 - the harness has to be there before a test file is imported

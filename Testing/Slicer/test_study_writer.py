@@ -151,7 +151,7 @@ class MotionTest(SlicerTestCase):
         random = np.random.default_rng(seed)
         matrix = scenes.rotation(tuple(random.normal(size=3)), degrees)
         matrix[:3, 3] = random.normal(size=3) * 20
-        return motions.Motion(matrix, random.normal(size=3) * 50, {"rotation_deg": 0.5})
+        return motions.Motion(matrix, random.normal(size=3) * 50, {"level": 0.9, "along_mm": 0.5})
 
     def test_angles_from_nothing_to_half_a_turn(self) -> None:
         for degrees in (0.0, 1e-5, 0.1, 45.0, 179.999, 180.0):

@@ -11,9 +11,8 @@ def main(folder: str, name: str) -> int:
     """Run the tests of a module in a folder; returns 0 when all passed and there was at least one."""
     testing = Path(__file__).resolve().parents[1]
     sys.path[:0] = [folder, str(testing / "Slicer"), str(testing)]
-    import harness
+    import slicer_case  # noqa: F401 - installs the harness
 
-    harness.install()
     if Path(folder).name == name:
         from harness import modules
 
