@@ -151,9 +151,8 @@ def _draw_header(figure: Figure, result: Result, height: float) -> None:
     verdict, colour = (
         ("no sign of failure; judge the overlays yourself", _GOOD)
         if result.trusted
-        else ("NOT TO BE TRUSTED: " + "; ".join(result.distrust), _BAD)
+        else (f"NOT TO BE TRUSTED ({len(result.distrust)} reason(s), see below)", _BAD)
     )
-    verdict = textwrap.shorten(verdict, 130, placeholder=" ...")
     figure.text(0.13, 1 - 0.17 / height, verdict, fontsize=11, weight="bold", color=colour, va="top")
     total = result.seconds.get("total") or sum(result.seconds.values())
     origin = (
@@ -244,7 +243,8 @@ def _interval(uncertainty: Mapping[str, Any] | None) -> str:
 
 def _notes(result: Result) -> list[tuple[str, str]]:
     """Lines below everything: warnings and the standing caution."""
-    lines = [
+    lines = [(textwrap.shorten(text, 200, placeholder=" ..."), _BAD) for text in result.distrust[:6]]
+    lines += [
         (textwrap.shorten(f"Warning: {text}", 200, placeholder=" ..."), _BAD) for text in result.warnings[:6]
     ]
     if len(result.warnings) > 6:

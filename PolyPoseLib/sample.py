@@ -140,7 +140,10 @@ def cached_sample(name: str) -> Path | None:
     sample = sample_named(name)
     folder = _folder_of(sample)
     whole = all(_is_file_with_hash(folder / file, digest) for file, (_, digest) in sample.members.items())
-    return folder if whole and (folder / STRUCTURES_FILE).is_file() else None
+    if not whole:
+        return None
+    _write_suggestion(name, folder)
+    return folder
 
 
 def fetch_sample(name: str) -> Path:
@@ -161,8 +164,7 @@ def fetch_sample(name: str) -> Path:
             unpacked = Path(work) / "unpacked"
             unpacked.mkdir()
             _unpack(sample, archive, unpacked)
-            text = json.dumps(suggestion(name), indent=1) + "\n"
-            (unpacked / STRUCTURES_FILE).write_text(text, encoding="utf-8")
+            _write_suggestion(name, unpacked)
             _move_into_place(unpacked, folder)
     except OSError as error:
         raise InputError(
@@ -180,6 +182,14 @@ def suggestion(name: str) -> dict[str, object]:
         "structures": {structure: list(labels) for structure, labels in sample.structures.items()},
         "anchor": sample.anchor,
     }
+
+
+def _write_suggestion(name: str, folder: Path) -> None:
+    """Keep the suggestion beside the data up to date with this version of the program."""
+    text = json.dumps(suggestion(name), indent=1) + "\n"
+    path = folder / STRUCTURES_FILE
+    if not path.is_file() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
 
 
 def _folder_of(sample: Sample) -> Path:

@@ -83,7 +83,9 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"; peak memory {memory:.0f} MiB" if memory else "")
         print(f"picture: {output / 'result' / 'report.png'}")
     if result.distrust:
-        raise UntrustedResultError(f"The demo's result must not be trusted: {'; '.join(result.distrust)}.")
+        raise UntrustedResultError(
+            f"The demo's result must not be trusted: {'; '.join(reason.rstrip('.') for reason in result.distrust)}."
+        )
     return 0
 
 

@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     if result.distrust:
         raise UntrustedResultError(
             f"The result was saved in {arguments.output} but must not be trusted: "
-            f"{'; '.join(result.distrust)}."
+            f"{'; '.join(reason.rstrip('.') for reason in result.distrust)}."
         )
     return 0
 

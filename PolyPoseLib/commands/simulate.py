@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from PolyPoseLib.evaluation.simulate import SimulatedCase
 
 
+USUAL_VIEW_MM = (1020.0, 780.0)
+"""From the source to the detector and to the isocenter where no sample suggests others."""
+
+
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     """Add the subcommand."""
     from PolyPoseLib.sample import SAMPLES
@@ -54,6 +58,12 @@ def add_simulation(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--views", type=int, default=2, metavar="N", help="X-rays (default: 2)")
     parser.add_argument(
         "--arc", type=float, default=30.0, metavar="DEG", help="spanned by the views (default: 30)"
+    )
+    parser.add_argument(
+        "--source-to-detector", type=float, metavar="MM", help="distance (default: the sample's, else 1020)"
+    )
+    parser.add_argument(
+        "--source-to-isocenter", type=float, metavar="MM", help="distance (default: the sample's, else 780)"
     )
     parser.add_argument(
         "--pixels", type=int, default=400, metavar="N", help="rows and columns (default: 400)"
@@ -109,6 +119,7 @@ def write_simulation(
             organ_names=label_table(table) if table else None,
             image_format=getattr(arguments, "format", "dicom"),
             camera=getattr(arguments, "camera", "initial"),
+            source_to_detector_mm=view_distances(arguments)[0],
         )
 
 
@@ -116,7 +127,13 @@ def simulate(
     ct_path: Path, labels_path: Path, groups: dict[str, list[int]], anchor: str, arguments: argparse.Namespace
 ) -> SimulatedCase:
     """The case that the arguments ask for."""
-    from PolyPoseLib.evaluation.simulate import SimulationOptions, arc_angles, simulate_case, view_cameras
+    from PolyPoseLib.evaluation.simulate import (
+        SimulationOptions,
+        arc_angles,
+        simulate_case,
+        structures_centre,
+        view_cameras,
+    )
     from PolyPoseLib.imaging.segmentation import read_segmentation
     from PolyPoseLib.imaging.structures import build_structures
     from PolyPoseLib.imaging.volume import read_ct
@@ -128,9 +145,14 @@ def simulate(
     if segmentation.has_layers:
         raise InputError(f"{labels_path}: the segmentation has overlapping layers: export it as a label map.")
     structures, _ = build_structures(segmentation, groups, ct)
-    isocenter = structures.centroids(ct.affine).mean(axis=0)
+    to_detector, to_isocenter = view_distances(arguments)
     cameras = view_cameras(
-        ct, arc_angles(arguments.views, arguments.arc), arguments.pixels, isocenter=isocenter
+        ct,
+        arc_angles(arguments.views, arguments.arc),
+        arguments.pixels,
+        source_to_detector_mm=to_detector,
+        source_to_isocenter_mm=to_isocenter,
+        isocenter=structures_centre(structures, ct.affine),
     )
     options = SimulationOptions(
         motion_scale=arguments.motion_scale,
@@ -146,6 +168,18 @@ def simulate(
         anchor=anchor,
         source_labels=segmentation.on_grid(0, ct),
     )
+
+
+def view_distances(arguments: argparse.Namespace) -> tuple[float, float]:
+    """From the source to the detector and to the isocenter in mm; raises InputError when they do not fit."""
+    from PolyPoseLib.sample import sample_named
+
+    usual = sample_named(arguments.sample).view_mm if arguments.sample else USUAL_VIEW_MM
+    given = (arguments.source_to_detector, arguments.source_to_isocenter)
+    to_detector, to_isocenter = (usual[n] if given[n] is None else given[n] for n in range(2))
+    if not 0 < to_isocenter < to_detector:
+        raise InputError("--source-to-isocenter must be above 0 and below --source-to-detector.")
+    return to_detector, to_isocenter
 
 
 def read_structures(path: Path) -> tuple[dict[str, list[int]], str, str | None]:
