@@ -142,7 +142,10 @@ def cached_sample(name: str) -> Path | None:
     whole = all(_is_file_with_hash(folder / file, digest) for file, (_, digest) in sample.members.items())
     if not whole:
         return None
-    _write_suggestion(name, folder)
+    try:
+        _write_suggestion(name, folder)
+    except OSError:
+        return folder if (folder / STRUCTURES_FILE).is_file() else None
     return folder
 
 
