@@ -51,10 +51,8 @@ def registerSampleData() -> None:
     """Offer the sample data in the module Sample Data; does nothing in a Slicer that is too old."""
     if environment.version_problem():
         return
-    try:
-        from PolyPoseSlicer import samples
-    except ImportError:
-        return
+    from PolyPoseSlicer import samples
+
     samples.register()
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import slicer
 import vtk
-from vtk.util.numpy_support import vtk_to_numpy
+from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from PolyPoseLib.errors import InputError
 
@@ -206,10 +206,36 @@ def region_on(voxels: Voxels, grid: Grid) -> tuple[tuple[slice, ...], np.ndarray
     return tuple(into), voxels.values[tuple(taken)]
 
 
+def set_volume(
+    node: slicer.vtkMRMLScalarVolumeNode,
+    values: np.ndarray,
+    to_ras: np.ndarray,
+    window_level: tuple[float, float] | None = None,
+) -> None:
+    """Fill a volume node with an array (k, j, i) without copying it; to_ras: (i, j, k, 1) to RAS.
+
+    window_level: for a new display; found from the values, which takes time, when it is None.
+    """
+    values = np.ascontiguousarray(values)
+    image = vtk.vtkImageData()
+    image.SetDimensions(*map(int, values.shape[::-1]))
+    scalars = numpy_to_vtk(values.reshape(-1))
+    scalars.SetName("ImageScalars")
+    image.GetPointData().SetScalars(scalars)
+    was = node.StartModify()
+    node.SetAndObserveTransformNodeID(None)
+    node.SetIJKToRASMatrix(to_vtk(to_ras))
+    if node.GetDisplayNode() is None:
+        node.CreateDefaultDisplayNodes()
+        if window_level is not None:
+            node.GetDisplayNode().SetAutoWindowLevel(False)
+            node.GetDisplayNode().SetWindowLevel(*window_level)
+    node.SetAndObserveImageData(image)
+    node.EndModify(was)
+
+
 def set_layer(image: slicer.vtkOrientedImageData, voxels: Voxels) -> None:
     """Let a vtkOrientedImageData show labels given in LPS, without copying them."""
-    from vtk.util.numpy_support import numpy_to_vtk
-
     image.SetExtent(0, voxels.grid.shape[2] - 1, 0, voxels.grid.shape[1] - 1, 0, voxels.grid.shape[0] - 1)
     scalars = numpy_to_vtk(np.ascontiguousarray(voxels.values).reshape(-1))
     scalars.SetName("ImageScalars")

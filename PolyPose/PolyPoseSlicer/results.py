@@ -8,16 +8,14 @@ from typing import Any
 
 import numpy as np
 import slicer
-import vtk
 from slicer.i18n import tr as _
-from vtk.util.numpy_support import numpy_to_vtk
 
 from .cameras import SceneCamera, set_camera
-from .frames import flip_affine, to_vtk
+from .frames import flip_affine
 from .grid_transform import set_grid_transform
 from .loading import LoadedResult
 from .motions import Motion, fill_motion_table, set_table
-from .nodes import Grid, Layer, Voxels, set_layer
+from .nodes import Grid, Layer, Voxels, set_layer, set_volume
 
 DETECTOR_MARGIN = 1.05
 """A detector at an unknown distance is drawn this much farther than the farthest corner of the CT."""
@@ -117,7 +115,9 @@ def fill_nodes(loaded: LoadedResult, nodes: OutputNodes, style: InputStyle, name
     set_grid_transform(nodes.transform, result.transform.vectors, result.transform.affine)
     yield
     nodes.volume = _node(nodes, nodes.volume, "vtkMRMLScalarVolumeNode", _("{name} warped CT"), name)
-    _show(nodes.volume, result.warped_ct.voxels, flip_affine(result.warped_ct.affine), style.window_level)
+    set_volume(
+        nodes.volume, result.warped_ct.voxels, flip_affine(result.warped_ct.affine), style.window_level
+    )
     yield
     nodes.segmentation = _node(
         nodes, nodes.segmentation, "vtkMRMLSegmentationNode", _("{name} warped segmentation"), name
@@ -140,34 +140,6 @@ def _node(nodes: OutputNodes, given: Any, kind: str, pattern: str, name: str) ->
     )
     nodes.made.append(node)
     return node
-
-
-def _show(
-    node: slicer.vtkMRMLScalarVolumeNode,
-    values: np.ndarray,
-    to_ras: np.ndarray,
-    window_level: tuple[float, float] | None = None,
-) -> None:
-    """Fill a volume node with an array (k, j, i) without copying it; to_ras: (i, j, k, 1) to RAS.
-
-    window_level: for a new display; found from the values, which takes time, when it is None.
-    """
-    values = np.ascontiguousarray(values)
-    image = vtk.vtkImageData()
-    image.SetDimensions(*map(int, values.shape[::-1]))
-    scalars = numpy_to_vtk(values.reshape(-1))
-    scalars.SetName("ImageScalars")
-    image.GetPointData().SetScalars(scalars)
-    was = node.StartModify()
-    node.SetAndObserveTransformNodeID(None)
-    node.SetIJKToRASMatrix(to_vtk(to_ras))
-    if node.GetDisplayNode() is None:
-        node.CreateDefaultDisplayNodes()
-        if window_level is not None:
-            node.GetDisplayNode().SetAutoWindowLevel(False)
-            node.GetDisplayNode().SetWindowLevel(*window_level)
-    node.SetAndObserveImageData(image)
-    node.EndModify(was)
 
 
 def _fill_segmentation(
@@ -288,11 +260,11 @@ def _fill_views(loaded: LoadedResult, nodes: OutputNodes, name: str) -> Iterator
         rendering = _nth(
             nodes, nodes.renderings, number, "vtkMRMLScalarVolumeNode", "{name} rendering " + view, name
         )
-        _show(rendering, np.asarray(result.renderings_after[number], np.float32)[None], plane)
+        set_volume(rendering, np.asarray(result.renderings_after[number], np.float32)[None], plane)
         yield
         if xray is not None:
             image = _nth(nodes, nodes.xrays, number, "vtkMRMLScalarVolumeNode", "{name} X-ray " + view, name)
-            _show(image, np.asarray(xray.image, np.float32)[None], plane)
+            set_volume(image, np.asarray(xray.image, np.float32)[None], plane)
             yield
 
 

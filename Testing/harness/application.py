@@ -169,6 +169,12 @@ class Application(Signals):
 
         qt.QApplication.processEvents()
 
+    def topLevelWidgets(self) -> list:
+        """The windows."""
+        import qt
+
+        return qt.QApplication.topLevelWidgets()
+
     def clipboard(self) -> Any:
         """The clipboard."""
         import qt
