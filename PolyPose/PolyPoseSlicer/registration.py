@@ -251,8 +251,10 @@ class Registration:
             self._steps = fill_nodes(loaded, self.nodes, self._style, self._name)
         deadline = time.monotonic() + POLL_SECONDS
         while time.monotonic() < deadline:
-            if self._cancelling or next(self._steps, self) is self:
-                self._refuse_when_cancelled()
+            self._refuse_when_cancelled()
+            try:
+                next(self._steps)
+            except StopIteration:
                 self.nodes.warnings = (*self._study.warnings, *self.nodes.warnings)
                 self._end(State.DONE, distrust_error(self.nodes))
                 return

@@ -34,6 +34,14 @@ tell(4)
 """
 
 
+def python_slicer(folder: Path, body: str) -> Path:
+    """A program named PythonSlicer in a folder, to be put on the PATH; POSIX only."""
+    program = folder / "PythonSlicer"
+    program.write_text(f"#!{sys.executable}\n" + PROLOGUE + textwrap.dedent(body))
+    program.chmod(0o755)
+    return program
+
+
 def command(folder: Path, body: str) -> list[str]:
     """A command line that runs a program with this body."""
     script = folder / "child.py"

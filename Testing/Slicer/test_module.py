@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import os
+import sys
 import unittest
+from unittest import mock
 
+import children
 import numpy as np
 import scenes
 import slicer
@@ -128,6 +133,30 @@ class ModuleTest(SlicerTestCase):
         return [
             general.TransformPoint(*frames.flip_vectors(point + np.array([10, -20, 30]))) for point in points
         ]
+
+    @unittest.skipIf(sys.platform == "win32", "the program is a script of POSIX")
+    def test_a_parameter_node_is_registered_by_python_slicer_and_keeps_the_outputs(self) -> None:
+        logic = self.logic()
+        node = logic.getParameterNode()
+        ct = scenes.add_ct()
+        node.ct, node.segmentation, node.anchor = ct, scenes.add_segmentation(ct), "hip"
+        first, second = node.segmentation.GetSegmentation().GetSegmentIDs()[:2]
+        node.structures = json.dumps({first: "hip", second: "leg"})
+        parameters.store_xray_sources(node, [XraySource(scenes.add_xray())])
+        folder = scenes.save_result(self.folder / "given")
+        body = "import shutil\nassert sys.argv[1:4] == ['-m', 'PolyPoseLib', 'register']\ntell(1)\n"
+        children.python_slicer(self.folder, body + f"shutil.copytree({str(folder)!r}, output)\n")
+        path = os.pathsep.join([str(self.folder), os.environ["PATH"]])
+        with mock.patch.dict(os.environ, {"PATH": path}):
+            steps = []
+            nodes = logic.registerParameters(node, steps.append)
+            self.assertEqual([step.iteration for step in steps], [1])
+            self.assertIs(node.outputVolume, nodes.volume)
+            self.assertEqual(list(node.outputCameras), nodes.cameras)
+            count = slicer.mrmlScene.GetNumberOfNodes()
+            again = logic.registerParameters(node)
+        self.assertEqual(slicer.mrmlScene.GetNumberOfNodes(), count)
+        self.assertIs(again.transform, nodes.transform)
 
     def test_load_result_without_inputs(self) -> None:
         nodes = self.logic().loadResult(scenes.save_result(self.folder / "given"))
