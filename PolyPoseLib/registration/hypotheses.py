@@ -1,0 +1,101 @@
+"""Cameras that could be true, how well each explains its X-ray, and which of them are the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.levels import Level, Measured, pixel_size_mm, view_at
+from PolyPoseLib.registration.problem import RigidProblem, State
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.registration.weighting import covered, within
+from PolyPoseLib.rendering.backend import Backend
+
+REACH_MM = 12.0
+"""The X-ray is compared this far around the anchor."""
+
+LEAST_PIXELS = 30
+"""Fewer pixels around the anchor tell nothing."""
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A camera with its evidence.
+
+    camera: full resolution; similarity: correlation of locally normalised X-ray and rendering around the anchor, in
+    [-1, 1]; share: of the anchor that projects into the X-ray, 0 to 1.
+    """
+
+    camera: Camera
+    similarity: float
+    share: float
+
+    @property
+    def worth(self) -> float:
+        """What hypotheses are ranked by: the similarity, less for an anchor that is partly outside."""
+        return self.similarity * float(np.sqrt(self.share))
+
+
+def judge_camera(
+    scene: Scene, measured: Measured, level: Level, points: np.ndarray, backend: Backend
+) -> Hypothesis:
+    """Evidence for ``measured.camera`` at a level's resolution; ``points`` (N, 3) LPS mm lie on the anchor."""
+    centre, size = scene.anchor_centre, level.size_mm
+    pixels = measured.camera.project(points)
+    bounds = (measured.camera.width - 0.5, measured.camera.height - 0.5)
+    share = float(((pixels >= -0.5) & (pixels <= bounds)).all(axis=1).mean())
+    view = view_at(level, measured, centre)
+    rest = State(np.eye(4)[None], np.eye(4)[None])
+    anchor = RigidProblem([scene.bodies(size)[scene.anchor]], [view], [], [0], centre, size, backend)
+    region = within(covered(anchor, rest, 0, [0]), REACH_MM / pixel_size_mm(view.camera, centre))
+    region &= view.contrast.support > 0
+    if region.sum() < LEAST_PIXELS or share == 0:
+        return Hypothesis(measured.camera, 0.0, share)
+    whole = RigidProblem([scene.volume("whole", size)], [view], [], [0], centre, size, backend)
+    rendered = view.contrast.normalise(whole.render(rest, 0)[0]).values[region]
+    return Hypothesis(measured.camera, _correlation(rendered, view.target[region]), share)
+
+
+def apart_mm(first: Camera, second: Camera, points: np.ndarray) -> float:
+    """Mean distance between two cameras' projections of points (N, 3), in mm at the points' depth."""
+    return float(_distances(_pixels(first, points)[None], _pixels(second, points), _scale(first, points))[0])
+
+
+def distinct(
+    cameras: Sequence[Camera], worth: np.ndarray, points: np.ndarray, least_mm: float, most: int
+) -> list[int]:
+    """Indices of the best cameras (at most ``most``), best first, each ``least_mm`` from all better ones."""
+    pixels = (
+        np.stack([_pixels(camera, points) for camera in cameras]) if len(cameras) else np.zeros((0, 1, 2))
+    )
+    kept: list[int] = []
+    for n in np.argsort(-np.asarray(worth), kind="stable"):
+        if not kept or _distances(pixels[kept], pixels[n], _scale(cameras[n], points)).min() > least_mm:
+            kept.append(int(n))
+        if len(kept) == most:
+            break
+    return kept
+
+
+def _pixels(camera: Camera, points: np.ndarray) -> np.ndarray:
+    """Projections (N, 2); points behind the source count as far away."""
+    return np.nan_to_num(camera.project(points), nan=1e6)
+
+
+def _scale(camera: Camera, points: np.ndarray) -> np.ndarray:
+    """(N,) mm per pixel at the points."""
+    return np.maximum(camera.depth(points), 1.0) / camera.intrinsics[0, 0]
+
+
+def _distances(many: np.ndarray, one: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """(M,) mean distances in mm of projections (M, N, 2) from others (N, 2)."""
+    return (np.linalg.norm(many - one, axis=2) * scale).mean(axis=1)
+
+
+def _correlation(first: np.ndarray, second: np.ndarray) -> float:
+    first, second = first - first.mean(), second - second.mean()
+    norm = float(np.linalg.norm(first) * np.linalg.norm(second))
+    return float(first @ second) / norm if norm > 1e-9 else 0.0
