@@ -20,6 +20,7 @@ from PolyPoseLib.registration.joint import JointResult, fit_structures
 from PolyPoseLib.registration.levels import Measured
 from PolyPoseLib.registration.monitor import Monitor
 from PolyPoseLib.registration.outputs import TRANSFORM_MM, render_views, warp_study
+from PolyPoseLib.registration.paper import find_camera_by_anchor, fit_structures_by_gmncc
 from PolyPoseLib.registration.presets import PRESETS, Preset
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.soft_tissue import SoftTissue
@@ -54,7 +55,7 @@ def register(
     monitor = Monitor(progress, cancel)
     device = resolve_device(options.device)
     backend = select_backend(options.kernel, device, options.threads)
-    preset = PRESETS["default" if options.preset == "paper" else options.preset]
+    preset = PRESETS[options.preset]
     monitor.step("preparing", 0, 1, None)
     with monitor.timed("preparing"):
         scene = Scene(study.ct, study.structures, study.anchor)
@@ -64,7 +65,7 @@ def register(
     with monitor.timed("judging"):
         before = judge(scene, soft, found.initial, rest, backend)
     with monitor.timed("bones"):
-        joint = _fit_bones(scene, soft, found, rest, options, preset, backend, monitor)
+        joint = _fit_bones(study, scene, soft, found, rest, options, preset, backend, monitor)
     measured = [Measured(m.image, m.mask, c) for m, c in zip(found.refined, joint.cameras, strict=True)]
     with monitor.timed("judging"):
         after = judge(scene, soft, measured, joint.poses, backend)
@@ -117,7 +118,10 @@ class _Cameras:
                 first = Measured(xray.image, xray.mask, camera)
                 if xray.camera != "known" and options.refine_cameras:
                     free.append(n)
-                    camera = find_camera(scene, first, preset.camera_levels, backend, monitor, stage)
+                    if options.preset == "paper":
+                        camera = find_camera_by_anchor(study.ct, scene, first, backend, monitor, stage)
+                    else:
+                        camera = find_camera(scene, first, preset.camera_levels, backend, monitor, stage)
                 initial.append(first)
                 refined.append(Measured(xray.image, xray.mask, camera))
         return cls(initial, refined, free, warnings)
@@ -133,6 +137,7 @@ def _soft_tissue(scene: Scene, options: Options, preset: Preset) -> SoftTissue:
 
 
 def _fit_bones(
+    study: Study,
     scene: Scene,
     soft: SoftTissue,
     found: _Cameras,
@@ -143,6 +148,11 @@ def _fit_bones(
     monitor: Monitor,
 ) -> JointResult:
     preview = _preview_writer(Path(options.preview)) if options.preview else None
+    if options.preset == "paper":
+        optimizer = options.optimizer or "adam"
+        return fit_structures_by_gmncc(
+            study.ct, scene, soft, found.refined, optimizer, backend, monitor, preview
+        )
     return fit_structures(
         scene, soft, found.refined, rest, found.free, preset.joint_levels, backend, monitor, preview
     )

@@ -26,4 +26,6 @@ PRESETS: dict[str, Preset] = {
         camera_levels=(Level(6.0, 40.0, 12), Level(3.0, 20.0, 12)),
         joint_levels=(Level(6.0, 40.0, 15), Level(3.0, 20.0, 15)),
     ),
+    # Its levels are those of PolyPoseLib.registration.paper.
+    "paper": Preset(camera_levels=(), joint_levels=(), weights="mass", weight_frame="fixed"),
 }
