@@ -198,11 +198,16 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
             if registration.error is None or isinstance(registration.error, UntrustedResultError):
                 store_outputs(parameters, registration.nodes)
 
-    def startParameters(self, parameterNode: Any = None, preview: bool | None = None) -> Any:
+    def startParameters(
+        self,
+        parameterNode: Any = None,
+        preview: bool | None = None,
+        outputFolder: str | Path | None = None,
+    ) -> Any:
         """As `startRegistration`, from a parameter node; PolyPoseSlicer.parameters.store_outputs at its end."""
         from PolyPoseSlicer.calls import start_parameters
 
-        return start_parameters(parameterNode or self.getParameterNode(), preview)
+        return start_parameters(parameterNode or self.getParameterNode(), preview, outputFolder)
 
     def loadResult(self, folder: str | Path, ctNode: Any = None, segmentationNode: Any = None) -> Any:
         """Open the folder of an earlier registration; returns PolyPoseSlicer.results.OutputNodes.

@@ -54,7 +54,9 @@ def start(
     return Registration(study, nodes, style, NAME, output_folder, preview, command)
 
 
-def start_parameters(parameters: PolyPoseParameterNode, preview: bool | None = None) -> Registration:
+def start_parameters(
+    parameters: PolyPoseParameterNode, preview: bool | None = None, output_folder: str | Path | None = None
+) -> Registration:
     """Start what a parameter node says; preview None leaves that to it. Raises InputError at once."""
     missing = missing_input(parameters)
     if missing:
@@ -67,6 +69,7 @@ def start_parameters(parameters: PolyPoseParameterNode, preview: bool | None = N
         parameters.anchor,
         outputs_of(parameters),
         options_of(parameters),
+        output_folder,
         preview=parameters.livePreview if preview is None else preview,
     )
 

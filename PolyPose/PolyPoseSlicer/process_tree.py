@@ -17,15 +17,17 @@ TERMINATE_SECONDS = 1.0
 class ProcessTree:
     """A child process and its descendants."""
 
-    def __init__(self, arguments: Sequence[str], environment: Mapping[str, str], folder: str) -> None:
-        """Start it; raises OSError when that fails."""
+    def __init__(
+        self, arguments: Sequence[str], environment: Mapping[str, str], folder: str, talks: bool = False
+    ) -> None:
+        """Start it; raises OSError when that fails. talks: it is written to (process.stdin)."""
         self._job: int | None = None
         self._killer: threading.Thread | None = None
         self.process = subprocess.Popen(
             list(arguments),
             env=dict(environment),
             cwd=folder,
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE if talks else subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             **_platform_options(),

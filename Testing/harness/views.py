@@ -115,7 +115,8 @@ class ThreeDView(_View):
         self.logic = slicer.vtkMRMLViewLogic()
         self.logic.SetMRMLApplicationLogic(slicer.app.applicationLogic())
         self.logic.SetMRMLScene(slicer.mrmlScene)
-        self.node = self.logic.AddViewNode(name)
+        # A layout may have made the node already.
+        self.node = slicer.mrmlScene.GetSingletonNode(name, "vtkMRMLViewNode") or self.logic.AddViewNode(name)
         self.group.SetMRMLDisplayableNode(self.node)
 
     def look_from(self, direction: tuple[float, float, float] = (0.5, 0.9, 0.2)) -> None:

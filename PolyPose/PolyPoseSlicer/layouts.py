@@ -1,0 +1,83 @@
+"""PolyPose's own layout: the X-rays and the similarity in a row, below them the 3D view and three slices."""
+
+from __future__ import annotations
+
+import slicer
+
+from .xray_views import view_name
+
+LAYOUT = 6120
+"""Number of the layout with one X-ray; each further X-ray adds one."""
+
+MOST_VIEWS = 6
+PLOT_VIEW = "PolyPosePlot"
+
+_XRAY = """<item><view class="vtkMRMLSliceNode" singletontag="{name}">
+<property name="orientation" action="default">Axial</property>
+<property name="viewlabel" action="default">X{number}</property>
+<property name="viewcolor" action="default">#E0A030</property></view></item>"""
+_SLICE = """<item><view class="vtkMRMLSliceNode" singletontag="{name}">
+<property name="orientation" action="default">{orientation}</property>
+<property name="viewlabel" action="default">{name[0]}</property>
+<property name="viewcolor" action="default">{color}</property></view></item>"""
+_SLICES = (("Red", "Axial", "#F34A33"), ("Yellow", "Sagittal", "#EDD54C"), ("Green", "Coronal", "#6EB04B"))
+
+
+def description(views: int) -> str:
+    """The layout's XML for a number of X-rays."""
+    xrays = "".join(_XRAY.format(name=view_name(each), number=each + 1) for each in range(views))
+    plot = (
+        f'<item><view class="vtkMRMLPlotViewNode" singletontag="{PLOT_VIEW}">'
+        '<property name="viewlabel" action="default">P</property></view></item>'
+    )
+    three = (
+        '<item><view class="vtkMRMLViewNode" singletontag="1">'
+        '<property name="viewlabel" action="default">1</property></view></item>'
+    )
+    slices = "".join(
+        _SLICE.format(name=name, orientation=orientation, color=color) for name, orientation, color in _SLICES
+    )
+    return (
+        '<layout type="vertical" split="true">'
+        f'<item><layout type="horizontal" split="true">{xrays}{plot}</layout></item>'
+        f'<item><layout type="horizontal" split="true">{three}{slices}</layout></item></layout>'
+    )
+
+
+def show(views: int) -> bool:
+    """Switch to the layout; False when there is no main window."""
+    manager = slicer.app.layoutManager()
+    if manager is None:
+        return False
+    views = min(max(views, 1), MOST_VIEWS)
+    number = LAYOUT + views - 1
+    node = manager.layoutLogic().GetLayoutNode()
+    if node.IsLayoutDescription(number):
+        node.SetLayoutDescription(number, description(views))
+    else:
+        node.AddLayoutDescription(number, description(views))
+    manager.setLayout(number)
+    return True
+
+
+def shown() -> bool:
+    """Whether the layout is the current one."""
+    manager = slicer.app.layoutManager()
+    if manager is None:
+        return False
+    current = manager.layoutLogic().GetLayoutNode().GetViewArrangement()
+    return LAYOUT <= current < LAYOUT + MOST_VIEWS
+
+
+def show_plot(chart: slicer.vtkMRMLPlotChartNode | None) -> None:
+    """Put a chart into the layout's plot view."""
+    for view in slicer.util.getNodesByClass("vtkMRMLPlotViewNode"):
+        if view.GetLayoutName() == PLOT_VIEW:
+            view.SetPlotChartNodeID(chart.GetID() if chart is not None else None)
+
+
+def anatomy_views() -> list[slicer.vtkMRMLSliceCompositeNode]:
+    """The composite nodes of the slice views that show anatomy."""
+    ours = {view_name(each) for each in range(MOST_VIEWS)}
+    composites = slicer.util.getNodesByClass("vtkMRMLSliceCompositeNode")
+    return [each for each in composites if each.GetLayoutName() not in ours]

@@ -1,0 +1,31 @@
+"""Shows the CT and its bones in the slices as they were scanned, or as they are in the X-rays."""
+
+from __future__ import annotations
+
+import slicer
+
+from . import layouts
+from .parameters import PolyPoseParameterNode
+
+
+def show_posture(parameters: PolyPoseParameterNode, after: bool) -> None:
+    """Show the inputs, or (after) the warped CT and segmentation, in the slices and in 3D; moves no node."""
+    after = after and parameters.outputVolume is not None
+    volume = parameters.outputVolume if after else parameters.ct
+    if volume is not None:
+        for composite in layouts.anatomy_views():
+            composite.SetBackgroundVolumeID(volume.GetID())
+    shown = parameters.outputSegmentation if after else parameters.segmentation
+    hidden = parameters.segmentation if after else parameters.outputSegmentation
+    if shown is None:
+        return
+    for node, visible in ((shown, True), (hidden, False)):
+        if node is not None and node is not (None if visible else shown):
+            _set_visible(node, visible)
+
+
+def _set_visible(node: slicer.vtkMRMLSegmentationNode, visible: bool) -> None:
+    if node.GetDisplayNode() is None:
+        node.CreateDefaultDisplayNodes()
+    if node.GetDisplayNode() is not None:
+        node.GetDisplayNode().SetVisibility(visible)

@@ -1,0 +1,57 @@
+"""A layout manager: Slicer's real layout logic, and a genuine off-screen view for every slice and 3D view."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import slicer
+
+from .views import SliceView, ThreeDView
+
+
+class LayoutManager:
+    """Stands for `slicer.app.layoutManager()`; the views are made when a layout asks for them."""
+
+    def __init__(self, size: tuple[int, int] = (300, 260)) -> None:
+        self._size = size
+        self._logic = slicer.vtkMRMLLayoutLogic()
+        self._logic.SetMRMLScene(slicer.mrmlScene)
+        self.slices: dict[str, SliceView] = {}
+        self.three_d: dict[str, ThreeDView] = {}
+
+    def layoutLogic(self) -> Any:
+        """The real logic; it makes the view nodes."""
+        return self._logic
+
+    def setLayout(self, layout: int) -> None:
+        """Switch to a layout and make the views that it needs."""
+        node = self._logic.GetLayoutNode()
+        if not node.IsLayoutDescription(layout):
+            raise RuntimeError(f"There is no layout {layout}")
+        node.SetViewArrangement(layout)
+        nodes = self._logic.GetViewNodes()
+        for view in [nodes.GetItemAsObject(index) for index in range(nodes.GetNumberOfItems())]:
+            name = view.GetLayoutName()
+            if view.IsA("vtkMRMLSliceNode") and name not in self.slices:
+                self.slices[name] = SliceView(name, view.GetDefaultOrientation() or "Axial", self._size)
+            elif view.IsA("vtkMRMLViewNode") and name not in self.three_d:
+                self.three_d[name] = ThreeDView(name, self._size)
+
+    def names(self) -> list[str]:
+        """Layout names of the views in the present layout."""
+        nodes = self._logic.GetViewNodes()
+        return [nodes.GetItemAsObject(index).GetLayoutName() for index in range(nodes.GetNumberOfItems())]
+
+    def close(self) -> None:
+        """Take the views out of the application."""
+        for view in self.slices.values():
+            view.close()
+        self.slices.clear()
+        self.three_d.clear()
+
+
+def install(size: tuple[int, int] = (300, 260)) -> LayoutManager:
+    """Give the application views, as its main window does."""
+    manager = LayoutManager(size)
+    slicer.app.setLayoutManager(manager)
+    return manager
