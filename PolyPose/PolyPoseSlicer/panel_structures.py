@@ -149,9 +149,12 @@ class StructuresPart:
             return _("{count} structures; check the anchor, the one that stays where it is.").format(
                 count=len(structures)
             )
-        return _("{count} structures move relative to the anchor, '{anchor}'.").format(
-            count=len(structures) - 1, anchor=anchor
-        )
+        moving = ", ".join(name for name in structures if name != anchor)
+        if not moving:
+            return _(
+                "Only the anchor, '{anchor}', is chosen: its cameras are found, and nothing moves."
+            ).format(anchor=anchor)
+        return _("Moving relative to the anchor, '{anchor}': {names}.").format(anchor=anchor, names=moving)
 
 
 def _lines_of(parameters: PolyPoseParameterNode | None) -> list[_Line]:

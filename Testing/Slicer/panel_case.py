@@ -1,0 +1,143 @@
+"""What the panel's tests share: the module's panel on a scene, a way to wait, and what must be gone afterwards."""
+
+from __future__ import annotations
+
+import gc
+import stat
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import children
+import scenes
+import slicer
+from slicer_case import INSIDE_SLICER, REPOSITORY, SlicerTestCase
+
+# isort: split
+from PolyPoseSlicer import parameters, registration
+from PolyPoseSlicer.xray_source import XraySource
+
+GIVE_RESULT = "import shutil\ntell(1)\ntell(2, similarity=0.8)\nshutil.copytree('{folder}', output)\n"
+
+
+def views() -> Any:
+    """The layout manager, with views when there is none."""
+    if slicer.app.layoutManager() is None:
+        from harness import layout
+
+        layout.install()
+    return slicer.app.layoutManager()
+
+
+def module() -> Any:
+    """The module as the application has loaded it."""
+    if not hasattr(slicer.modules, "polypose"):
+        from harness import modules
+
+        modules.load(REPOSITORY / "PolyPose" / "PolyPose.py")
+    return slicer.modules.polypose
+
+
+def emit(signal: Any) -> None:
+    """Emit a signal without arguments, as PythonQt or as PySide does."""
+    (signal.emit if hasattr(signal, "emit") else signal)()
+
+
+def type_into(edit: Any, text: str) -> None:
+    """Type a text into a line and leave it."""
+    edit.text = text
+    emit(edit.editingFinished)
+
+
+def child_processes() -> list[str]:
+    """Processes that this one has started and that still run; only told on Linux."""
+    found = []
+    for task in Path("/proc/self/task").glob("*/children"):
+        for pid in task.read_text().split():
+            state = Path(f"/proc/{pid}/stat")
+            if state.exists() and state.read_text().rsplit(")", 1)[1].split()[0] != "Z":
+                found.append(pid)
+    return found
+
+
+class PanelCase(SlicerTestCase):
+    """The panel is open; after the test it is unloaded and nothing of it may be left."""
+
+    def setUp(self) -> None:
+        views()
+        super().setUp()
+        self.before = child_processes()
+        self.module = module()
+        self.open()
+
+    def tearDown(self) -> None:
+        host = self.host
+        self.close()
+        gc.collect()
+        self.assertEqual(list(host.Observations), [], "observers were left")
+        self.assertEqual(registration.leftover_folders(), [], "temporary folders were left")
+        self.assertEqual([each for each in child_processes() if each not in self.before], [])
+        super().tearDown()
+
+    def open(self) -> None:
+        """Open the module."""
+        if INSIDE_SLICER:
+            slicer.util.selectModule("PolyPose")
+            self.host = slicer.modules.PolyPoseWidget
+        else:
+            self.module.enter()
+            self.host = self.module.panel()
+        self.panel = self.host.panel
+        self.ui = self.panel.ui
+
+    def close(self) -> None:
+        """Unload the panel."""
+        if INSIDE_SLICER:
+            slicer.util.selectModule("Data")
+            self.host.cleanup()
+            self.host.setup()
+        else:
+            self.module.close()
+
+    def wait(self, condition: Callable[[], Any], seconds: float = 30.0) -> None:
+        """Let the event loop run until a condition holds."""
+        deadline = time.monotonic() + seconds
+        while not condition():
+            self.assertLess(time.monotonic(), deadline, "waited for too long")
+            slicer.app.processEvents()
+            time.sleep(0.005)
+
+    def fill(self, xrays: int = 2) -> None:
+        """A scene that can be registered."""
+        self.ct = scenes.add_ct()
+        self.segmentation = scenes.add_segmentation(self.ct)
+        self.ui.ctSelector.setCurrentNode(self.ct)
+        self.ui.segmentationSelector.setCurrentNode(self.segmentation)
+        self.panel.structures.propose()
+        self.xrays = [scenes.add_xray(name) for name in ("AP", "lateral", "oblique")[:xrays]]
+        fields = {"source_to_detector_mm": 1000.0}
+        _intrinsics, extrinsic = scenes.camera_matrix()
+        sources = [
+            XraySource(each, fields={**fields, "extrinsic": extrinsic.tolist()}) for each in self.xrays
+        ]
+        parameters.store_xray_sources(self.panel.parameters, sources)
+
+    def child(self, body: str) -> None:
+        """Let registrations of this test run a program of our own."""
+        program = children.command(self.folder, body)
+        script = self.folder / "python"
+        script.write_text(f'#!/bin/sh\nexec "{program[0]}" "{program[1]}" "$@"\n')
+        script.chmod(script.stat().st_mode | stat.S_IXUSR)
+        patch = mock.patch.object(registration, "python_executable", lambda: str(script))
+        patch.start()
+        self.addCleanup(patch.stop)
+
+    def give_result(self, before: str = "", **changes: Any) -> None:
+        """Let registrations of this test end with a ready result."""
+        folder = scenes.save_result(self.folder / "given", **changes)
+        self.child(before + GIVE_RESULT.format(folder=folder))
+
+
+__all__ = ["INSIDE_SLICER", "PanelCase", "child_processes", "emit", "module", "type_into", "views"]
