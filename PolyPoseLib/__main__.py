@@ -47,7 +47,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return arguments.run(arguments)
     except KeyboardInterrupt:
-        return _fail("interrupted; nothing was written", INTERRUPTED, arguments.debug)
+        return _fail("interrupted; no result was written", INTERRUPTED, arguments.debug)
     except PolyPoseError as error:
         return _fail(str(error), error.exit_status, arguments.debug)
     except MemoryError:

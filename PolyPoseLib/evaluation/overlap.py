@@ -28,7 +28,7 @@ def score_segmentation(
 
     Returns:
         A table that json can write: "labels" {name: {"dice": 0 to 1, "hd95_mm", "centroid_mm": distance of the
-        centroids}} for every label that either one has; "summary" {"mean_dice", "folds_percent",
+        centroids}} for every label that the second segmentation has; "summary" {"mean_dice", "folds_percent",
         "sd_log_jacobian"}.
 
     Raises:
@@ -42,9 +42,8 @@ def score_segmentation(
     fixed = _label_map(segmentation)
     found = result.warped_labels
     truth = resample_labels_onto(fixed, found)
-    labels = np.union1d(np.unique(truth.voxels), np.unique(found.voxels))
-    common = np.intersect1d(np.unique(truth.voxels), np.unique(found.voxels))
-    if not (common > 0).any():
+    labels = np.unique(truth.voxels)
+    if not (np.intersect1d(labels, np.unique(found.voxels)) > 0).any():
         raise InputError(
             "The second segmentation and the warped labels have no label in common: use the same numbers in both."
         )
