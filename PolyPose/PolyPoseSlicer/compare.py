@@ -33,6 +33,29 @@ def normalized(image: np.ndarray) -> np.ndarray:
     return np.clip((image.astype(np.float32) - low) / (high - low), 0, 1)
 
 
+def enhanced(image: np.ndarray) -> np.ndarray:
+    """An image (H, W) as float32 from 0 to 1 in which bones stand out: half as it is, half by local contrast."""
+    plain = normalized(image)
+    return np.clip(0.45 * plain + 0.55 * (0.5 + 0.22 * local_contrast(plain)), 0, 1)
+
+
+def local_contrast(image: np.ndarray) -> np.ndarray:
+    """How far each pixel lies from its neighbourhood's mean, in standard deviations (H, W)."""
+    radius = max(2, min(image.shape) // 16)
+    image = image.astype(np.float64)
+    mean = _box_mean(image, radius)
+    variance = np.maximum(_box_mean(image**2, radius) - mean**2, 0)
+    return ((image - mean) / (np.sqrt(variance) + 0.04)).astype(np.float32)
+
+
+def _box_mean(image: np.ndarray, radius: int) -> np.ndarray:
+    """Mean over squares of 2 radius + 1 pixels; the edge pixels are repeated."""
+    side = 2 * radius + 1
+    padded = np.pad(image, ((radius + 1, radius), (radius + 1, radius)), mode="edge")
+    sums = padded.cumsum(axis=0).cumsum(axis=1)
+    return (sums[side:, side:] - sums[:-side, side:] - sums[side:, :-side] + sums[:-side, :-side]) / side**2
+
+
 def shrunk(image: np.ndarray, factor: int) -> np.ndarray:
     """Block means of an image (H, W); rows and columns that fill no block are dropped."""
     height, width = (size // factor for size in image.shape)
@@ -57,29 +80,28 @@ def compared(
     amount: 0 to 1: share of the rendering, size of the squares, or strength of the edges. phase: which of the
     two a flicker shows. Without a rendering the X-ray is shown alone.
     """
-    grey = normalized(xray)
+    grey = enhanced(xray)
     if rendering is None or mode is Mode.XRAY or (mode is Mode.FLICKER and not phase):
         return _rgb(grey[..., None] * np.ones(3, np.float32))
-    drawn = normalized(resized(rendering, *xray.shape))
+    drawn = enhanced(resized(rendering, *xray.shape))
     if mode in (Mode.RENDERING, Mode.FLICKER):
         return _rgb(drawn[..., None] * np.ones(3, np.float32))
     if mode is Mode.CHECKERBOARD:
         return _rgb(np.where(_squares(grey.shape, amount), drawn, grey)[..., None] * np.ones(3, np.float32))
     if mode is Mode.EDGES:
-        edges = edges_of(drawn)[..., None] * min(1.0, 2 * amount)
+        edges = edges_of(local_contrast(drawn))[..., None] * min(1.0, 2 * amount)
         return _rgb(grey[..., None] * (1 - edges) + edges * _TINT)
     return _rgb((1 - amount) * grey[..., None] + amount * drawn[..., None] * _TINT)
 
 
 def edges_of(image: np.ndarray) -> np.ndarray:
     """Strength 0 to 1 of the edges of an image (H, W)."""
-    smooth = _smoothed(_smoothed(image))
-    down, across = np.gradient(smooth)
+    down, across = np.gradient(_smoothed(_smoothed(image)))
     strength = np.hypot(down, across)
-    top = np.percentile(strength, 97)
+    top = np.percentile(strength, 98)
     if not top > 0:
         return np.zeros_like(image)
-    return np.clip((strength / top - 0.35) / 0.65, 0, 1).astype(np.float32)
+    return np.clip((strength / top - 0.3) / 0.5, 0, 1).astype(np.float32)
 
 
 def _smoothed(image: np.ndarray) -> np.ndarray:

@@ -11,6 +11,8 @@ from slicer.i18n import tr as _
 from .motions import MotionRow, motion_rows, motions_of
 from .parameters import PolyPoseParameterNode
 
+_ROW_HEIGHT = 24
+
 
 def motion_header(relative_to: str | None) -> list[str]:
     """Titles of the columns."""
@@ -57,6 +59,7 @@ class MotionsPart:
         self._rows: list[list[str]] = []
         table = ui.motionsTable
         table.verticalHeader().setVisible(False)
+        table.verticalHeader().setDefaultSectionSize(_ROW_HEIGHT)
         table.setEditTriggers(qt.QAbstractItemView.NoEditTriggers)
         table.horizontalHeader().setSectionResizeMode(qt.QHeaderView.ResizeToContents)
         ui.relativeTo.connect("currentIndexChanged(int)", self._fill)

@@ -18,7 +18,7 @@ from .compare import Mode, compared
 from .panel_motions import MotionsPart, motion_header
 from .parameters import PolyPoseParameterNode, outputs_of, store_outputs, structures_of
 from .pictures import Pictures, pictures_of_inputs, pictures_of_result
-from .posture import show_posture
+from .posture import show_only_bones, show_posture
 from .renderer import Renderer
 from .report_page import ReportPage
 from .xray_reading import XrayReport
@@ -55,6 +55,7 @@ class ReviewPart:
         ui.layoutButton.connect("clicked()", self.show_layout)
         ui.loadResultButton.connect("clicked()", self._ask_result)
         ui.showAfter.connect("toggled(bool)", self.set_after)
+        ui.bonesOnly.connect("toggled(bool)", self._bones_only)
         ui.compareView.connect("currentIndexChanged(int)", self._view_chosen)
         ui.compareMode.connect("currentIndexChanged(int)", self._compare)
         ui.compareAmount.connect("valueChanged(double)", self._compare)
@@ -217,6 +218,12 @@ class ReviewPart:
     def _show_slices(self) -> None:
         if self._parameters is not None:
             show_posture(self._parameters, self._after)
+            if self._ui.bonesOnly.checked:
+                show_only_bones(self._parameters, True)
+
+    def _bones_only(self, only: bool) -> None:
+        if self._parameters is not None:
+            show_only_bones(self._parameters, bool(only))
 
     def _render_before(self, number: int = 0) -> None:
         """Render the CT as it was scanned through the final cameras, one view after another."""

@@ -16,6 +16,8 @@ from .parameters import PolyPoseParameterNode, structures_of
 _SEGMENT, _STRUCTURE, _ANCHOR = range(3)
 _DETAILS = ("regions", "bones")
 
+_ROW_HEIGHT = 24
+
 
 @dataclass(frozen=True)
 class _Line:
@@ -41,6 +43,7 @@ class StructuresPart:
         table.columnCount = 3
         table.setHorizontalHeaderLabels([_("Segment (moves)"), _("Structure"), _("Anchor")])
         table.verticalHeader().setVisible(False)
+        table.verticalHeader().setDefaultSectionSize(_ROW_HEIGHT)
         header = table.horizontalHeader()
         header.setSectionResizeMode(_SEGMENT, qt.QHeaderView.Stretch)
         header.setSectionResizeMode(_STRUCTURE, qt.QHeaderView.Stretch)

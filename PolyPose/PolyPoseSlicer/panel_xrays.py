@@ -18,6 +18,8 @@ from .xray_source import XraySource
 
 _FILES = "X-rays (*.dcm *.ima *.nrrd *.nhdr *.nii *.nii.gz *.mha *.mhd *.png *.tif *.tiff);;All files (*)"
 
+_ROW_HEIGHT = 24
+
 
 class XraysPart:
     """Shows and edits the X-rays of the parameter node.
@@ -39,6 +41,7 @@ class XraysPart:
         table.columnCount = 4
         table.setHorizontalHeaderLabels([_("X-ray"), _("Geometry from"), _("Camera"), _("State")])
         table.verticalHeader().setVisible(False)
+        table.verticalHeader().setDefaultSectionSize(_ROW_HEIGHT)
         table.setEditTriggers(qt.QAbstractItemView.NoEditTriggers)
         header = table.horizontalHeader()
         header.setSectionResizeMode(qt.QHeaderView.ResizeToContents)

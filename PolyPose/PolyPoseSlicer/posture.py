@@ -5,7 +5,7 @@ from __future__ import annotations
 import slicer
 
 from . import layouts
-from .parameters import PolyPoseParameterNode
+from .parameters import PolyPoseParameterNode, structures_of
 
 
 def show_posture(parameters: PolyPoseParameterNode, after: bool) -> None:
@@ -29,3 +29,15 @@ def _set_visible(node: slicer.vtkMRMLSegmentationNode, visible: bool) -> None:
         node.CreateDefaultDisplayNodes()
     if node.GetDisplayNode() is not None:
         node.GetDisplayNode().SetVisibility(visible)
+
+
+def show_only_bones(parameters: PolyPoseParameterNode, only: bool) -> None:
+    """Hide the segments that belong to no structure, or show all again, in both segmentations."""
+    bones = {segment for segments in structures_of(parameters).values() for segment in segments}
+    for node in (parameters.segmentation, parameters.outputSegmentation):
+        if node is None or node.GetDisplayNode() is None:
+            continue
+        was = node.GetDisplayNode().StartModify()
+        for segment in node.GetSegmentation().GetSegmentIDs():
+            node.GetDisplayNode().SetSegmentVisibility(segment, not only or segment in bones)
+        node.GetDisplayNode().EndModify(was)

@@ -75,7 +75,11 @@ class SliceView(_View):
         self.logic = slicer.vtkMRMLSliceLogic()
         self.logic.SetMRMLApplicationLogic(application)
         self.logic.SetMRMLScene(slicer.mrmlScene)
-        self.node = self.logic.AddSliceNode(name)
+        self.node = slicer.mrmlScene.GetSingletonNode(name, "vtkMRMLSliceNode")
+        if self.node is None:
+            self.node = self.logic.AddSliceNode(name)
+        else:  # a layout has made the node already
+            self.logic.SetSliceNode(self.node)
         self.node.SetOrientation(orientation)
         self.composite = self.logic.GetSliceCompositeNode()
         if application.GetSliceLogics() is None:
