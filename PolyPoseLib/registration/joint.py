@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.articulations import ArticulationPrior
 from PolyPoseLib.registration.cameras import corrected
 from PolyPoseLib.registration.levels import Level, Measured, pixel_size_mm, view_at
 from PolyPoseLib.registration.levenberg import SolverOptions, minimise
 from PolyPoseLib.registration.monitor import Monitor
 from PolyPoseLib.registration.problem import RigidProblem, State
+from PolyPoseLib.registration.restarts import restart_bones
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.soft_tissue import SoftTissue
 from PolyPoseLib.registration.weighting import covered, robust_weight, within
@@ -33,6 +35,15 @@ BONE_RADIUS_MM = 50.0
 
 
 @dataclass(frozen=True)
+class JointPlan:
+    """Levels before and after every bone is started anew at ``restart_level`` (None: not at all)."""
+
+    first_levels: tuple[Level, ...]
+    restart_level: Level | None
+    last_levels: tuple[Level, ...]
+
+
+@dataclass(frozen=True)
 class JointResult:
     """poses: (K, 4, 4) fixed to moving; cameras: refined; problem, state: as the last level left them."""
 
@@ -48,7 +59,7 @@ def fit_structures(
     measured: Sequence[Measured],
     poses: np.ndarray,
     free_cameras: Sequence[int],
-    levels: Sequence[Level],
+    plan: JointPlan,
     backend: Backend,
     monitor: Monitor,
     preview: Callable[[DisplacementField], str | None] | None = None,
@@ -58,10 +69,13 @@ def fit_structures(
     free_cameras: indices of the X-rays whose camera may still move; preview: given the coarse displacement field
     whenever it is made anew.
     """
+    levels = (*plan.first_levels, *plan.last_levels)
     total = sum(level.iterations for level in levels)
     done = 0
     measured = list(measured)
-    for level in levels:
+    for number, level in enumerate(levels):
+        if number == len(plan.first_levels) and plan.restart_level is not None:
+            poses = restart_bones(scene, soft, measured, poses, plan.restart_level, backend, monitor)
         fit = _LevelFit(scene, soft, measured, free_cameras, level, backend)
 
         def before_step(
@@ -101,7 +115,10 @@ class _LevelFit:
         views = [view_at(level, m, self.centre) for m in measured]
         moving = [k for k in range(len(scene.names)) if k != scene.anchor]
         bodies = scene.bodies(level.size_mm)
-        self.problem = RigidProblem(bodies, views, moving, free_cameras, self.centre, level.size_mm, backend)
+        prior = ArticulationPrior(scene.articulations, scene.centres, moving, level.joint_weight)
+        self.problem = RigidProblem(
+            bodies, views, moving, free_cameras, self.centre, level.size_mm, backend, prior
+        )
         self.everything = list(range(len(scene.names)))
         self.moving = moving
 

@@ -19,12 +19,14 @@ class Level:
     """One step of the pyramid.
 
     size_mm: of pixels (at the anchor) and voxels, and step along rays; patch_mm: width of the patches of the local
-    contrast, at the anchor; iterations: of the solver at most.
+    contrast, at the anchor; iterations: of the solver at most; joint_weight: of the expectation that joints keep
+    together (:mod:`PolyPoseLib.registration.articulations`), in units of the images' cost.
     """
 
     size_mm: float
     patch_mm: float
     iterations: int
+    joint_weight: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.imaging.xray import place_isocenter
 from PolyPoseLib.options import Options
 from PolyPoseLib.progress import CancelQuery, ProgressCallback
 from PolyPoseLib.registration.camera_guess import initial_camera
@@ -106,7 +107,8 @@ class _Cameras:
     ) -> _Cameras:
         """Stage A for every X-ray."""
         initial, refined, free, warnings = [], [], [], []
-        for n, xray in enumerate(study.xrays):
+        xrays = place_isocenter(study.xrays, scene.anchor_centre)
+        for n, xray in enumerate(xrays):
             stage = f"camera {xray.name or n + 1}"
             with monitor.timed(stage):
                 if xray.camera == "known":
@@ -154,7 +156,7 @@ def _fit_bones(
             study.ct, scene, soft, found.refined, optimizer, backend, monitor, preview
         )
     return fit_structures(
-        scene, soft, found.refined, rest, found.free, preset.joint_levels, backend, monitor, preview
+        scene, soft, found.refined, rest, found.free, preset.joint, backend, monitor, preview
     )
 
 

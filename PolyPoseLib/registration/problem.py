@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.articulations import ArticulationPrior
 from PolyPoseLib.registration.local_contrast import LocalContrast
 from PolyPoseLib.registration.rigid_motion import about, adjoint_of_correction, perturbation
 from PolyPoseLib.rendering.backend import Backend
@@ -79,7 +80,8 @@ class RigidProblem:
     """Residuals and normal equations of rigid bodies seen in several views.
 
     bodies: K of them; free_poses: indices of those that move; free_cameras: indices of views whose camera moves,
-    about ``camera_centre`` (3,) LPS mm; step_mm: distance of ray samples; backend: carries out the rays.
+    about ``camera_centre`` (3,) LPS mm; step_mm: distance of ray samples; backend: carries out the rays; prior: what is
+    expected of the joints, or None.
     """
 
     def __init__(
@@ -91,6 +93,7 @@ class RigidProblem:
         camera_centre: np.ndarray,
         step_mm: float,
         backend: Backend,
+        prior: ArticulationPrior | None = None,
     ) -> None:
         self.bodies = list(bodies)
         self.views = list(views)
@@ -99,6 +102,7 @@ class RigidProblem:
         self.camera_centre = camera_centre
         self.step_mm = step_mm
         self.backend = backend
+        self.prior = prior
 
     @property
     def size(self) -> int:
@@ -139,8 +143,9 @@ class RigidProblem:
         return view.contrast.normalise(image).values - view.target
 
     def cost(self, state: State) -> float:
-        """Weighted mean of squared residuals over all views (0 = identical, 2 = unrelated)."""
-        return self._mean([self._view_cost(self.residual(state, n), v) for n, v in enumerate(self.views)])
+        """Weighted mean of squared residuals over all views (0 = identical, 2 = unrelated), plus the prior."""
+        images = self._mean([self._view_cost(self.residual(state, n), v) for n, v in enumerate(self.views)])
+        return images + (self.prior.cost(state.poses) if self.prior else 0.0)
 
     def normal_equations(self, state: State) -> Normal:
         """Gauss-Newton normal equations at ``state``."""
@@ -162,7 +167,8 @@ class RigidProblem:
                     matrix[rows, columns] += product
                     if b != a:
                         matrix[columns, rows] += product.T
-        return Normal(self._mean(costs), matrix, gradient)
+        expected = self.prior.add_to(state.poses, matrix, gradient) if self.prior else 0.0
+        return Normal(self._mean(costs) + expected, matrix, gradient)
 
     def linearise(self, state: State, view_index: int) -> Linearised:
         """Residual of a view and its derivative by those unknowns that the view depends on."""

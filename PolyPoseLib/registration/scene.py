@@ -8,6 +8,7 @@ import numpy as np
 
 from PolyPoseLib.imaging.structures import Structures
 from PolyPoseLib.imaging.volume import Volume, hounsfield_to_attenuation
+from PolyPoseLib.registration.articulations import find_articulations
 from PolyPoseLib.rendering.rigid import Body
 from PolyPoseLib.warp.composition import fill_structures, grow_regions
 
@@ -60,6 +61,7 @@ class Scene:
         filled = fill_structures(hounsfield, self.owners, spacing, grow=False)
         self.whole = Grid(hounsfield_to_attenuation(hounsfield).astype(np.float32), affine)
         self.soft = Grid(hounsfield_to_attenuation(filled).astype(np.float32), affine)
+        self.articulations = find_articulations(structures, ct.affine, self.anchor)
         self._bodies: dict[float, list[Body]] = {}
         self._volumes: dict[tuple[str, float], Body] = {}
 

@@ -1,0 +1,147 @@
+"""Where bones meet, and how little they are expected to part there.
+
+A weak expectation, strong only while the images are coarse: at each joint two bones keep together to within a few
+millimetres and turn against each other by no more than some tens of degrees.  It keeps bones that the X-rays show
+badly from wandering off, and hands motions along the chain of bones; at the finest level the images decide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from PolyPoseLib.imaging.structures import Structures
+from PolyPoseLib.registration.rigid_motion import skew
+
+CONTACT_MM = 10.0
+"""Bones with a smaller gap are taken to form a joint."""
+
+CONTACT_BAND_MM = 5.0
+"""Points of two bones that are at most this much farther apart than the closest ones make up their contact."""
+
+SLIDE_MM = 5.0
+"""How far a joint is expected to come apart (standard deviation), besides its gap in the CT."""
+
+TURN_DEG = 20.0
+"""How far a joint is expected to turn (standard deviation)."""
+
+_POINTS = 4000
+
+
+@dataclass(frozen=True)
+class Articulation:
+    """A joint of the structures numbered first and second.
+
+    point: (3,) in the CT, LPS mm; slide_mm: standard deviation of how far it comes apart.
+    """
+
+    first: int
+    second: int
+    point: np.ndarray
+    slide_mm: float
+
+
+def find_articulations(structures: Structures, affine: np.ndarray, anchor: int) -> list[Articulation]:
+    """Joints of all bones that nearly touch, and of each group of bones with the nearest bone outside it."""
+    clouds = [_surface_sample(structures.labels == n + 1, affine) for n in range(len(structures.names))]
+    trees = [cKDTree(cloud) for cloud in clouds]
+    count = len(clouds)
+    meetings = {}
+    for a in range(count):
+        for b in range(a + 1, count):
+            distance, nearest = trees[b].query(clouds[a])
+            close = distance <= distance.min() + CONTACT_BAND_MM
+            middle = (clouds[a][close] + clouds[b][nearest[close]]).mean(axis=0) / 2
+            meetings[a, b] = (float(distance.min()), middle)
+    chosen = {pair for pair, (gap, _) in meetings.items() if gap <= CONTACT_MM}
+    chosen |= _missing_links(meetings, chosen, count, anchor)
+    return [Articulation(a, b, meetings[a, b][1], SLIDE_MM + meetings[a, b][0]) for a, b in sorted(chosen)]
+
+
+def _missing_links(
+    meetings: dict[tuple[int, int], tuple[float, np.ndarray]],
+    chosen: set[tuple[int, int]],
+    count: int,
+    anchor: int,
+) -> set[tuple[int, int]]:
+    """The shortest further pairs that connect every structure to the anchor."""
+    reached, links = {anchor}, set()
+    while len(reached) < count:
+        grown = {b for pair in chosen | links for a, b in (pair, pair[::-1]) if a in reached} - reached
+        if grown:
+            reached |= grown
+            continue
+        crossing = [pair for pair in meetings if (pair[0] in reached) != (pair[1] in reached)]
+        links.add(min(crossing, key=lambda pair: meetings[pair][0]))
+    return links
+
+
+def _surface_sample(mask: np.ndarray, affine: np.ndarray) -> np.ndarray:
+    """At most some thousand voxel centres (N, 3) LPS mm of a mask, evenly picked."""
+    index = np.argwhere(mask)
+    index = index[:: max(1, len(index) // _POINTS)]
+    return index[:, ::-1] @ affine[:3, :3].T + affine[:3, 3]
+
+
+class ArticulationPrior:
+    """The expectation's cost, weight * mean over joints of (gap / slide)^2 + (angle / TURN_DEG)^2, and its derivatives.
+
+    centres: (K, 3) about which poses are perturbed; free_poses: structures that move, in the order of unknowns.
+    """
+
+    def __init__(
+        self,
+        articulations: Sequence[Articulation],
+        centres: np.ndarray,
+        free_poses: Sequence[int],
+        weight: float,
+    ) -> None:
+        self.articulations = list(articulations)
+        self.centres = centres
+        self.free_poses = list(free_poses)
+        self.weight = weight
+
+    def cost(self, poses: np.ndarray) -> float:
+        """For poses (K, 4, 4) fixed to moving."""
+        terms = [self._residual(joint, poses) for joint in self.articulations]
+        return self._scale() * float(sum(term @ term for term in terms))
+
+    def add_to(self, poses: np.ndarray, matrix: np.ndarray, gradient: np.ndarray) -> float:
+        """Add the Gauss-Newton terms of half the cost to ``matrix`` (P, P) and ``gradient`` (P,); returns the cost."""
+        total = 0.0
+        for joint in self.articulations:
+            residual = self._residual(joint, poses)
+            total += residual @ residual
+            blocks = []
+            for sign, k in ((1.0, joint.first), (-1.0, joint.second)):
+                if k in self.free_poses:
+                    first = 6 * self.free_poses.index(k)
+                    blocks.append((slice(first, first + 6), sign * self._derivative(joint, k, poses)))
+            for rows, a in blocks:
+                gradient[rows] += self._scale() * (a.T @ residual)
+                for columns, b in blocks:
+                    matrix[rows, columns] += self._scale() * (a.T @ b)
+        return self._scale() * float(total)
+
+    def _scale(self) -> float:
+        return self.weight / max(len(self.articulations), 1)
+
+    def _residual(self, joint: Articulation, poses: np.ndarray) -> np.ndarray:
+        """(6,) the joint's gap (fixed frame) over its slide, and the relative rotation over TURN_DEG."""
+        first, second = (np.linalg.inv(poses[k]) for k in (joint.first, joint.second))
+        gap = (first - second)[:3] @ np.r_[joint.point, 1.0] / joint.slide_mm
+        turn = Rotation.from_matrix(first[:3, :3] @ second[:3, :3].T).as_rotvec() / np.radians(TURN_DEG)
+        return np.r_[gap, turn]
+
+    def _derivative(self, joint: Articulation, k: int, poses: np.ndarray) -> np.ndarray:
+        """(6, 6) derivative of the joint's place and orientation by the perturbation of pose k."""
+        back = poses[k, :3, :3].T
+        derivative = np.zeros((6, 6))
+        derivative[:3, :3] = back @ skew(joint.point - self.centres[k]) / joint.slide_mm
+        derivative[:3, 3:] = -back / joint.slide_mm
+        derivative[3:, :3] = -back / np.radians(TURN_DEG)
+        return derivative

@@ -1,0 +1,161 @@
+"""Another look at every bone from other starting poses, one bone at a time.
+
+Least squares find the nearest valley only.  After the coarsest level each bone, from the anchor outwards, is started
+anew: turned about its joint to either side of three axes, carried along with its neighbour, and at rest.  The start
+that ends at the lowest cost over one fixed region of the X-rays is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from PolyPoseLib.registration.articulations import ArticulationPrior
+from PolyPoseLib.registration.levels import Level, Measured, pixel_size_mm, view_at
+from PolyPoseLib.registration.levenberg import SolverOptions, minimise
+from PolyPoseLib.registration.monitor import Monitor
+from PolyPoseLib.registration.problem import RigidProblem, State, View
+from PolyPoseLib.registration.rigid_motion import about, perturbation
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.registration.soft_tissue import SoftTissue
+from PolyPoseLib.registration.weighting import VISIBLE_LINE_INTEGRAL, within
+from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.rendering.rigid import project_body
+
+TURN_DEG = 10.0
+"""Rotation of the starts about the bone's joint."""
+
+REACH_MM = 8.0
+"""The X-rays count this far around every start's projection."""
+
+SHORT, LONG = 3, 10
+"""Iterations that every start gets, and those that the best few go on with."""
+
+KEPT = 3
+"""Starts that go on."""
+
+
+def restart_bones(
+    scene: Scene,
+    soft: SoftTissue,
+    measured: Sequence[Measured],
+    poses: np.ndarray,
+    level: Level,
+    backend: Backend,
+    monitor: Monitor,
+) -> np.ndarray:
+    """Poses (K, 4, 4) fixed to moving, each bone's the best of several starts; cameras stand still."""
+    views = [view_at(level, m, scene.anchor_centre) for m in measured]
+    field = soft.coarse_field(poses)
+    tissue = [soft.render(field, view.camera, np.eye(4), level.size_mm, backend) for view in views]
+    poses = poses.copy()
+    order = chain_from_anchor(scene)
+    for n, (k, neighbour, joint) in enumerate(order):
+        monitor.step("restarts", n, len(order), None)
+        poses[k] = _best_start(_Bone(scene, k, level, backend), views, tissue, poses, neighbour, joint)
+    return poses
+
+
+def chain_from_anchor(scene: Scene) -> list[tuple[int, int, np.ndarray]]:
+    """(bone, the neighbour it hangs from, their joint (3,) in the CT), nearest to the anchor first."""
+    reached, order = {scene.anchor}, []
+    while len(order) < len(scene.names) - 1:
+        for joint in sorted(scene.articulations, key=lambda each: each.slide_mm):
+            if (joint.first in reached) != (joint.second in reached):
+                inner, outer = joint.first, joint.second
+                if inner not in reached:
+                    inner, outer = outer, inner
+                order.append((outer, inner, joint.point))
+                reached.add(outer)
+                break
+    return order
+
+
+@dataclass(frozen=True)
+class _Bone:
+    scene: Scene
+    number: int
+    level: Level
+    backend: Backend
+
+
+class _OneBonePrior:
+    """The joints' expectation as a function of one bone's pose, the others standing still."""
+
+    def __init__(self, bone: _Bone, poses: np.ndarray) -> None:
+        scene = bone.scene
+        own = [joint for joint in scene.articulations if bone.number in (joint.first, joint.second)]
+        self._prior = ArticulationPrior(own, scene.centres, [bone.number], bone.level.joint_weight)
+        self._number, self._poses = bone.number, poses
+
+    def cost(self, poses: np.ndarray) -> float:
+        """For poses (1, 4, 4)."""
+        return self._prior.cost(self._all(poses))
+
+    def add_to(self, poses: np.ndarray, matrix: np.ndarray, gradient: np.ndarray) -> float:
+        """As :meth:`ArticulationPrior.add_to`."""
+        return self._prior.add_to(self._all(poses), matrix, gradient)
+
+    def _all(self, poses: np.ndarray) -> np.ndarray:
+        full = self._poses.copy()
+        full[self._number] = poses[0]
+        return full
+
+
+def _starts(pose: np.ndarray, carried: np.ndarray, joint: np.ndarray) -> Iterator[np.ndarray]:
+    """The present pose, rest, the neighbour's motion, and turns about the joint."""
+    yield pose
+    yield np.eye(4)
+    yield carried
+    place = (np.linalg.inv(pose) @ np.r_[joint, 1.0])[:3]
+    for axis in np.eye(3):
+        for sign in (-1.0, 1.0):
+            turn = perturbation(np.r_[sign * np.radians(TURN_DEG) * axis, np.zeros(3)])
+            yield pose @ about(turn, place)
+
+
+def _best_start(
+    bone: _Bone,
+    views: Sequence[View],
+    tissue: Sequence[np.ndarray],
+    poses: np.ndarray,
+    neighbour: int,
+    joint: np.ndarray,
+) -> np.ndarray:
+    body = bone.scene.bodies(bone.level.size_mm)[bone.number]
+    starts = list(_starts(poses[bone.number], poses[neighbour], joint))
+    seen = [_view_of_one_bone(bone, n, view, tissue[n], poses, starts) for n, view in enumerate(views)]
+    if not any((view.weight > 0).any() for view in seen):
+        return poses[neighbour]
+    centre = bone.scene.anchor_centre
+    prior = _OneBonePrior(bone, poses)
+    problem = RigidProblem([body], seen, [0], [], centre, bone.level.size_mm, bone.backend, prior)
+    corrections = np.stack([np.eye(4)] * len(seen))
+    short = [minimise(problem, State(start[None], corrections), SolverOptions(SHORT)) for start in starts]
+    best = sorted(short, key=lambda solution: solution.cost)[:KEPT]
+    final = [minimise(problem, solution.state, SolverOptions(LONG)) for solution in best]
+    return min(final, key=lambda solution: solution.cost).state.poses[0]
+
+
+def _view_of_one_bone(
+    bone: _Bone, n: int, view: View, tissue: np.ndarray, poses: np.ndarray, starts: Sequence[np.ndarray]
+) -> View:
+    """A view whose static image holds everything but the bone, weighted where any start projects."""
+    size = bone.level.size_mm
+    static = tissue.copy()
+    for k, body in enumerate(bone.scene.bodies(size)):
+        if k != bone.number:
+            part = project_body(body, view.camera, poses[k], size, bone.backend)
+            row0, row1, column0, column1 = part.window
+            static[row0:row1, column0:column1] += part.image
+    body = bone.scene.bodies(size)[bone.number]
+    shows = np.zeros(static.shape, bool)
+    for start in starts:
+        part = project_body(body, view.camera, start, size, bone.backend)
+        row0, row1, column0, column1 = part.window
+        shows[row0:row1, column0:column1] |= np.abs(part.image) > VISIBLE_LINE_INTEGRAL
+    region = within(shows, REACH_MM / pixel_size_mm(view.camera, bone.scene.anchor_centre))
+    weight = (region & (view.contrast.support > 0)).astype(np.float32)
+    return View(view.camera, view.contrast, view.target, static, weight)
