@@ -7,7 +7,7 @@ import enum
 import numpy as np
 
 _TINT = np.array([1.0, 0.62, 0.15], np.float32)
-"""Colour of the rendering over the grey X-ray."""
+"""Colour of the rendering's edges over the grey X-ray."""
 
 _SQUARES = (24, 3)
 """Squares along the shorter side of a checkerboard, from amount 0 to 1."""
@@ -91,7 +91,9 @@ def compared(
     if mode is Mode.EDGES:
         edges = edges_of(local_contrast(drawn))[..., None] * min(1.0, 2 * amount)
         return _rgb(grey[..., None] * (1 - edges) + edges * _TINT)
-    return _rgb((1 - amount) * grey[..., None] + amount * drawn[..., None] * _TINT)
+    # Grey where both agree; orange where only the rendering is bright, blue where only the X-ray is.
+    share = np.array([min(1.0, 2 * amount), amount, max(0.0, 2 * amount - 1)], np.float32)
+    return _rgb((1 - share) * grey[..., None] + share * drawn[..., None])
 
 
 def edges_of(image: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ from .dependencies import ensure_dependencies
 from .live_preview import LivePreview
 from .parameters import PolyPoseParameterNode, store_outputs
 from .registration import Registration, State
+from .result_origin import remember_segments
 from .results import fill_similarity_table, set_plot
 
 POLL_MS = 50
@@ -38,6 +39,7 @@ class RegisterPart:
         self._preview: LivePreview | None = None
         self._made: list[Any] = []
         self._drawn = 0
+        self._kept_in = ""
         self._showing = False
         self._timer = qt.QTimer()
         self._timer.interval = POLL_MS
@@ -85,8 +87,8 @@ class RegisterPart:
         try:
             ensure_dependencies(self._requirements)
             self._make_curve()
-            folder = self._ui.outputFolder.currentPath.strip()
-            self._run = self._logic.startParameters(self._parameters, outputFolder=folder or None)
+            self._kept_in = self._ui.outputFolder.currentPath.strip()
+            self._run = self._logic.startParameters(self._parameters, outputFolder=self._kept_in or None)
             self._running = self._parameters
         except PolyPoseError as error:
             self._remove_curve()
@@ -125,6 +127,8 @@ class RegisterPart:
             self._made.clear()
             self._finish()
             store_outputs(parameters, run.nodes)
+            if self._kept_in and parameters.segmentation is not None:
+                remember_segments(self._kept_in, parameters.segmentation)
             self._say(self._end_text(run))
             self._done(run.nodes)
         else:

@@ -21,6 +21,7 @@ from .pictures import Pictures, pictures_of_inputs, pictures_of_result
 from .posture import show_only_bones, show_posture
 from .renderer import Renderer
 from .report_page import ReportPage
+from .result_origin import made_from
 from .xray_reading import XrayReport
 
 FLICKER_MS = 400
@@ -145,7 +146,8 @@ class ReviewPart:
         """Open the folder of an earlier registration in place of the result that is shown."""
         parameters = self._parameters
         try:
-            nodes = self._logic.loadResult(folder, parameters.ct, parameters.segmentation)
+            bones = parameters.segmentation if made_from(folder, parameters.segmentation) else None
+            nodes = self._logic.loadResult(folder, parameters.ct, bones)
         except PolyPoseError as error:
             self._ui.reviewState.text = str(error)
             return

@@ -41,6 +41,7 @@ class ScriptedModule:
         self.parent = _ModuleParent(str(path))
         self.instance: Any = None
         self._frame: Any = None
+        self._closed: list[Any] = []
 
     def widgetRepresentation(self) -> Any:
         """The frame around the panel; the panel is made at the first call."""
@@ -77,7 +78,10 @@ class ScriptedModule:
         slicer.app.moduleManager().emit("moduleAboutToBeUnloaded(QString)", self.name)
         delattr(slicer.modules, f"{self.name}Widget")
         frame, self._frame = self._frame, None
-        frame.deleteLater()
+        for selector in frame.findChildren(slicer.qMRMLNodeComboBox):
+            selector.setMRMLScene(None)  # as its destructor does; PySide does not survive a real deletion
+        frame.hide()
+        self._closed.append(frame)
         slicer.app.processEvents()
 
 

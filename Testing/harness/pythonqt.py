@@ -205,9 +205,9 @@ def _apply_conventions(module: types.ModuleType) -> None:
 
 
 def _outlive_lost_references() -> None:
-    """PySide loses references to True and False with each signal and property; 3.12 made them immortal."""
+    """PySide loses references to True, False and None with each signal and property; 3.12 made them immortal."""
     if sys.version_info < (3, 12):
-        for value in (True, False):
+        for value in (True, False, None):
             ctypes.c_ssize_t.from_address(id(value)).value += 1 << 40
 
 

@@ -1,0 +1,236 @@
+"""The Review section on a loaded result: every control, and what it does to nodes, pictures and files."""
+
+from __future__ import annotations
+
+import unittest
+
+import numpy as np
+import scenes
+import slicer
+import vtk
+from panel_case import PanelCase
+from PolyPoseSlicer import deformation, layouts, xray_views
+from PolyPoseSlicer.compare import Mode, compared, edges_of, normalized, resized, shrunk
+from PolyPoseSlicer.grid_transform import set_grid_transform
+from PolyPoseSlicer.result_origin import remember_segments
+from slicer_case import SlicerTestCase
+
+# isort: split
+import qt
+
+
+class CompareTest(SlicerTestCase):
+    def setUp(self) -> None:
+        super().setUp()
+        rng = np.random.default_rng(3)
+        self.xray, self.drawn = rng.random((40, 30)), rng.random((20, 15)).astype(np.float32)
+
+    def test_every_mode_gives_a_picture_of_the_xrays_size(self) -> None:
+        for mode in Mode:
+            for amount in (0.0, 0.5, 1.0):
+                rgb = compared(self.xray, self.drawn, mode, amount)
+                self.assertEqual((rgb.shape, rgb.dtype), ((40, 30, 3), np.uint8), mode)
+
+    def test_the_ends_of_a_blend_are_the_two_images(self) -> None:
+        xray = compared(self.xray, self.drawn, Mode.XRAY, 0.5)
+        drawn = compared(self.xray, self.drawn, Mode.RENDERING, 0.5)
+        np.testing.assert_array_equal(compared(self.xray, self.drawn, Mode.BLEND, 0.0), xray)
+        np.testing.assert_array_equal(compared(self.xray, self.drawn, Mode.BLEND, 1.0), drawn)
+        np.testing.assert_array_equal(compared(self.xray, self.drawn, Mode.FLICKER, 0.5), xray)
+        np.testing.assert_array_equal(compared(self.xray, self.drawn, Mode.FLICKER, 0.5, True), drawn)
+
+    def test_images_that_agree_blend_to_grey(self) -> None:
+        rgb = compared(self.xray, self.xray, Mode.BLEND, 0.5).astype(int)
+        self.assertLessEqual(np.abs(rgb - rgb[..., :1]).max(), 1)
+
+    def test_a_checkerboard_holds_both(self) -> None:
+        rgb = compared(np.zeros((64, 64)), np.indices((64, 64))[0] * 1.0, Mode.CHECKERBOARD, 1.0)
+        self.assertGreater(rgb.max(), 150)
+        self.assertGreater((rgb == compared(np.zeros((64, 64)), None, Mode.XRAY, 0)).mean(), 0.3)
+
+    def test_flat_and_odd_images(self) -> None:
+        self.assertEqual(normalized(np.full((4, 4), 7.0)).max(), 0)
+        self.assertEqual(edges_of(np.zeros((5, 5), np.float32)).max(), 0)
+        self.assertEqual(shrunk(np.arange(35.0).reshape(5, 7), 2).shape, (2, 3))
+        np.testing.assert_array_equal(resized(np.arange(4).reshape(2, 2), 4, 4)[::2, ::2], [[0, 1], [2, 3]])
+
+
+class ReviewTest(PanelCase):
+    def setUp(self) -> None:
+        super().setUp()
+        self.fill()
+        folder = scenes.save_result(self.folder / "given")
+        remember_segments(folder, self.segmentation)
+        self.panel.review.load_result(str(folder))
+        self.node = self.panel.parameters
+        self.pictures = self.panel.review.pictures
+
+    def image(self, number: int) -> np.ndarray:
+        return slicer.util.arrayFromVolume(xray_views.part(number, "image")).copy()
+
+    def backgrounds(self) -> set:
+        return {each.GetBackgroundVolumeID() for each in layouts.anatomy_views()}
+
+    def test_the_layout_shows_pictures_carms_and_slices(self) -> None:
+        self.assertTrue(layouts.shown())
+        for number in range(2):
+            logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(xray_views.view_name(number))
+            image = xray_views.part(number, "image")
+            self.assertEqual(logic.GetSliceCompositeNode().GetBackgroundVolumeID(), image.GetID())
+            detector = xray_views.part(number, "detector")
+            self.assertIsNotNone(detector.GetDisplayNode().GetTextureImageDataConnection())
+            camera = self.pictures.items[number].camera
+            source = -camera.extrinsic[:3, :3].T @ camera.extrinsic[:3, 3] * [-1, -1, 1]
+            points = slicer.util.arrayFromModelPoints(xray_views.part(number, "beam"))
+            self.assertLess(np.linalg.norm(points - source, axis=1).min(), 13)
+        self.assertEqual(self.backgrounds(), {self.node.outputVolume.GetID()})
+        self.ui.layoutButton.click()
+        self.assertEqual(len(self.pictures.items), 2)
+
+    def test_a_picture_lies_where_the_camera_projects_it(self) -> None:
+        picture = self.pictures.items[0]
+        matrix = vtk.vtkMatrix4x4()
+        xray_views.part(0, "image").GetIJKToRASMatrix(matrix)
+        corner = np.array(matrix.MultiplyPoint((3, 5, 0, 1)))[:3] * [-1, -1, 1]
+        in_camera = picture.camera.extrinsic[:3] @ [*corner, 1]
+        pixel = picture.camera.intrinsics @ in_camera / in_camera[2]
+        np.testing.assert_allclose(pixel[:2], [3, 5], atol=1e-6)
+
+    def test_before_and_after(self) -> None:
+        self.ui.showBefore.checked = True
+        self.assertEqual(self.backgrounds(), {self.ct.GetID()})
+        self.assertFalse(self.node.outputSegmentation.GetDisplayNode().GetVisibility())
+        self.wait(lambda: all(each.before is not None for each in self.pictures.items))
+        self.ui.showAfter.checked = True
+        self.assertEqual(self.backgrounds(), {self.node.outputVolume.GetID()})
+        self.assertFalse(self.segmentation.GetDisplayNode().GetVisibility())
+        self.assertIsNone(self.ct.GetTransformNodeID())
+
+    def test_comparison_of_one_view_and_of_all(self) -> None:
+        other = self.image(1)
+        self.ui.compareView.currentIndex = 1
+        for mode in range(self.ui.compareMode.count):
+            self.ui.compareMode.currentIndex = mode
+            self.ui.compareAmount.value = 70
+        np.testing.assert_array_equal(self.image(1), other)
+        self.assertEqual(self.pictures.mode, [Mode.RENDERING, Mode.BLEND])
+        self.ui.compareView.currentIndex = 2
+        self.assertEqual(self.ui.compareMode.currentIndex, Mode.BLEND.value)
+        self.ui.compareView.currentIndex = 0
+        self.ui.compareMode.currentIndex = Mode.EDGES.value
+        self.assertEqual(self.pictures.mode, [Mode.EDGES, Mode.EDGES])
+
+    def test_flicker_swaps_and_stops(self) -> None:
+        self.pictures.items[0].rendering = np.flipud(self.pictures.items[0].xray) + np.arange(30)
+        self.ui.compareMode.currentIndex = Mode.FLICKER.value
+        first = self.image(0)
+        self.wait(lambda: (self.image(0) != first).any(), 5)
+        self.wait(lambda: (self.image(0) == first).all(), 5)
+        self.ui.compareMode.currentIndex = Mode.XRAY.value
+        self.assertFalse(self.panel.review._flicker.isActive())
+
+    def test_seen_from_the_other_side(self) -> None:
+        logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(xray_views.view_name(0))
+        before = logic.GetSliceNode().GetSliceToRAS().GetElement(0, 0)
+        self.ui.fromDetector.checked = not self.ui.fromDetector.checked
+        self.assertAlmostEqual(logic.GetSliceNode().GetSliceToRAS().GetElement(0, 0), -before)
+
+    def test_grid_and_arrows_exclude_each_other(self) -> None:
+        self.ui.showGrid.checked = True
+        display = self.node.outputTransform.GetDisplayNode()
+        self.assertTrue(display.GetVisibility() and display.GetVisibility2D())
+        self.assertEqual(display.GetVisualizationMode(), display.VIS_MODE_GRID)
+        self.ui.showGlyphs.checked = True
+        self.assertFalse(self.ui.showGrid.checked)
+        self.assertEqual(display.GetVisualizationMode(), display.VIS_MODE_GLYPH)
+        self.ui.showGlyphs.checked = False
+        self.assertFalse(display.GetVisibility())
+
+    def test_the_volume_change_and_its_folds(self) -> None:
+        vectors, affine = scenes.field()
+        self.ui.showJacobian.checked = True
+        self.assertIn("fold", self.ui.jacobianText.text.lower())
+        node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLGridTransformNode")
+        set_grid_transform(node, np.zeros_like(vectors), affine)
+        change = deformation.volume_change(node)
+        np.testing.assert_allclose(change.values, 1, atol=1e-6)
+        self.assertIn("No folds", change.text)
+        k, _j, _i = np.indices(vectors.shape[:3])
+        squeezed = np.zeros_like(vectors)
+        squeezed += (-2.0 * k[..., None] * affine[:3, 2]).astype(np.float32)
+        set_grid_transform(node, squeezed, affine)
+        change = deformation.volume_change(node)
+        np.testing.assert_allclose(change.values, -1, atol=1e-4)
+        self.assertEqual(change.folds, 1)
+        volume = deformation.show_volume_change(change)
+        colors = volume.GetDisplayNode().GetColorNode()
+        rgba = [0.0] * 4
+        colors.GetColor(0, rgba)
+        self.assertEqual(rgba[:3], [1.0, 0.0, 1.0])
+        self.ui.showJacobian.checked = False
+        self.assertEqual({each.GetForegroundVolumeID() for each in layouts.anatomy_views()}, {None})
+
+    def test_the_weight_of_a_structure(self) -> None:
+        self.ui.showJacobian.checked = True
+        index = self.ui.weightStructure.findText("femur")
+        self.ui.weightStructure.currentIndex = index
+        self.assertFalse(self.ui.showJacobian.checked)
+        pelvis, femur = self.segmentation.GetSegmentation().GetSegmentIDs()[:2]
+        values, _affine = deformation.structure_weight(
+            self.segmentation, {"pelvis": [pelvis], "femur": [femur]}, "femur"
+        )
+        self.assertGreaterEqual(values.min(), 0)
+        self.assertAlmostEqual(values.max(), 1, places=3)
+        shown = {each.GetForegroundVolumeID() for each in layouts.anatomy_views()}
+        self.assertEqual(len(shown), 1)
+        self.assertIsNotNone(shown.pop())
+        self.ui.weightStructure.currentIndex = 0
+        self.assertEqual({each.GetForegroundVolumeID() for each in layouts.anatomy_views()}, {None})
+
+    def test_only_the_bones(self) -> None:
+        self.ui.bonesOnly.checked = True
+        display = self.segmentation.GetDisplayNode()
+        content = self.segmentation.GetSegmentation()
+        shown = [display.GetSegmentVisibility(content.GetNthSegmentID(n)) for n in range(3)]
+        self.assertEqual(shown, [True, True, False])
+        self.ui.bonesOnly.checked = False
+        self.assertTrue(display.GetSegmentVisibility(content.GetNthSegmentID(2)))
+
+    def test_motions_relative_copied_and_saved(self) -> None:
+        table = self.ui.motionsTable
+        self.assertEqual([table.item(row, 1).text() for row in range(2)], ["0.00", "10.00"])
+        self.assertIn("0.4", table.item(1, 7).text())
+        self.ui.relativeTo.currentIndex = 2
+        self.assertEqual([table.item(row, 1).text() for row in range(2)], ["10.00", "0.00"])
+        self.ui.copyMotions.click()
+        text = qt.QApplication.clipboard().text()
+        self.assertEqual(text.splitlines()[0].split("\t")[0], "Relative to femur")
+        self.assertEqual(text.splitlines()[1].split("\t")[1], "10.00")
+        path = self.folder / "motions.csv"
+        self.panel.review.motions.save(str(path))
+        self.assertIn('"', path.read_text(encoding="utf-8-sig").splitlines()[1])
+
+    def test_the_report_holds_pictures_motions_and_warnings(self) -> None:
+        path = self.folder / "report.html"
+        self.panel.review.save_report(str(path))
+        text = path.read_text(encoding="utf-8")
+        for expected in ("something was odd", "femur", "data:image/png;base64", "Research software"):
+            self.assertIn(expected, text)
+        self.panel.review.save_report(str(self.folder / "no" / "where.html"))
+        self.assertIn("cannot be written", self.ui.reviewState.text)
+
+    def test_a_folder_that_is_no_result_is_said(self) -> None:
+        volume = self.node.outputVolume
+        self.panel.review.load_result(str(self.folder))
+        self.assertTrue(self.ui.reviewState.text)
+        self.assertIs(self.node.outputVolume, volume)
+
+    def test_a_result_of_other_segments_gets_no_wrong_names(self) -> None:
+        folder = scenes.save_result(self.folder / "foreign")
+        self.panel.review.load_result(str(folder))
+        content = self.node.outputSegmentation.GetSegmentation()
+        self.assertEqual(content.GetNthSegment(0).GetName(), "Label 1")
+
+
+if __name__ == "__main__":
+    unittest.main()
