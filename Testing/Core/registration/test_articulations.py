@@ -1,0 +1,65 @@
+"""Joints found from labels, and the expectation that they keep together."""
+
+import numpy as np
+import pytest
+from registration_case import HEAD, phantom
+
+from PolyPoseLib.registration.articulations import ArticulationPrior, find_articulations
+from PolyPoseLib.registration.restarts import chain_from_anchor
+from PolyPoseLib.registration.rigid_motion import about, perturbation
+from PolyPoseLib.registration.scene import Scene
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    ct, structures = phantom()
+    return Scene(ct, structures, "pelvis")
+
+
+def test_every_structure_hangs_from_the_anchor(scene: Scene) -> None:
+    order = chain_from_anchor(scene)
+    assert sorted(k for k, _, _ in order) == [1, 2]
+    reached = {scene.anchor}
+    for bone, neighbour, _ in order:
+        assert neighbour in reached
+        reached.add(bone)
+
+
+def test_the_hip_is_where_femur_and_socket_meet(scene: Scene) -> None:
+    ct, structures = phantom()
+    joints = find_articulations(structures, ct.affine, 0)
+    (hip,) = [joint for joint in joints if (joint.first, joint.second) == (0, 1)]
+    assert np.linalg.norm(hip.point - HEAD) < 25
+    assert hip.point[2] > HEAD[2]
+
+
+def test_moving_all_bones_alike_costs_nothing(scene: Scene) -> None:
+    prior = ArticulationPrior(scene.articulations, scene.centres, [0, 1, 2], 1.0)
+    motion = about(perturbation(np.array([0.3, -0.2, 0.1, 20.0, -30.0, 5.0])), scene.centres[0])
+    assert prior.cost(np.stack([motion] * 3)) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_prior_gradient(scene: Scene, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    prior = ArticulationPrior(scene.articulations, scene.centres, [1, 2], 0.7)
+
+    def moved(step: np.ndarray, poses: np.ndarray) -> np.ndarray:
+        new = poses.copy()
+        for n, k in enumerate((1, 2)):
+            new[k] = about(perturbation(step[6 * n : 6 * n + 6]), scene.centres[k]) @ poses[k]
+        return new
+
+    poses = moved(np.tile([0.02] * 3 + [4.0] * 3, 2) * rng.normal(size=12), np.stack([np.eye(4)] * 3))
+    matrix, gradient = np.zeros((12, 12)), np.zeros(12)
+    cost = prior.add_to(poses, matrix, gradient)
+    numeric = np.array(
+        [
+            (prior.cost(moved(1e-4 * e, poses)) - prior.cost(moved(-1e-4 * e, poses))) / 4e-4
+            for e in np.eye(12)
+        ]
+    )
+    assert cost == pytest.approx(prior.cost(poses))
+    # The rotation's derivative is exact to first order of the joint's own angle.
+    np.testing.assert_allclose(gradient, numeric, atol=0.03 * np.abs(numeric).max())
+    assert (np.linalg.eigvalsh(matrix) > -1e-9).all()
