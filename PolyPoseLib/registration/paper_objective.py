@@ -13,6 +13,7 @@ from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.gmncc_curvature import gmncc_curvature
 from PolyPoseLib.registration.optimizers import Expansion
 from PolyPoseLib.registration.rigid_motion import about
+from PolyPoseLib.registration.torch_threads import one_torch_thread
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.polyrigid_projector import Judge, polyrigid_projector
 from PolyPoseLib.similarity import gmncc
@@ -111,8 +112,9 @@ def gmncc_judge(target: np.ndarray, mask: np.ndarray) -> Judge:
 
     def judge(image: np.ndarray) -> tuple[float, np.ndarray]:
         picture = torch.as_tensor(image)[None].requires_grad_()
-        value = gmncc(picture, other, use)[0]
-        (slope,) = torch.autograd.grad(value, picture)
+        with one_torch_thread():
+            value = gmncc(picture, other, use)[0]
+            (slope,) = torch.autograd.grad(value, picture)
         return float(value.detach()), slope[0].numpy()
 
     return judge
