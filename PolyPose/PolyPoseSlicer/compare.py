@@ -100,7 +100,7 @@ def edges_of(image: np.ndarray) -> np.ndarray:
     """Strength 0 to 1 of the edges of an image (H, W)."""
     down, across = np.gradient(_smoothed(_smoothed(image)))
     strength = np.hypot(down, across)
-    top = np.percentile(strength, 98)
+    top = np.percentile(strength, 99)
     if not top > 0:
         return np.zeros_like(image)
     return np.clip((strength / top - 0.3) / 0.5, 0, 1).astype(np.float32)

@@ -90,7 +90,7 @@ class RegisterPart:
             self._kept_in = self._ui.outputFolder.currentPath.strip()
             self._run = self._logic.startParameters(self._parameters, outputFolder=self._kept_in or None)
             self._running = self._parameters
-        except PolyPoseError as error:
+        except (PolyPoseError, OSError) as error:
             self._remove_curve()
             self._say(str(error))
             return

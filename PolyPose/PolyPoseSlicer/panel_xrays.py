@@ -20,6 +20,16 @@ _FILES = "X-rays (*.dcm *.ima *.nrrd *.nhdr *.nii *.nii.gz *.mha *.mhd *.png *.t
 
 _ROW_HEIGHT = 24
 
+_TOLD = ("source_to_detector_mm", "pixel_spacing_mm", "angles", "extrinsic")
+
+
+def summary(report: XrayReport) -> list[str]:
+    """What matters of the details: what is wrong, else the remarks and where the geometry comes from."""
+    if report.xray is None:
+        return list(report.details)
+    remarks = list(report.details[: len(report.xray.warnings)])
+    return remarks + [line for line in report.xray.provenance if line.startswith(_TOLD)]
+
 
 class XraysPart:
     """Shows and edits the X-rays of the parameter node.
@@ -158,7 +168,7 @@ class XraysPart:
         if report is None:
             self._ui.xrayState.text = _("Add two or more X-rays from different directions.")
         else:
-            self._ui.xrayState.text = report.details[0] if report.details else ""
+            self._ui.xrayState.text = "\n".join(summary(report))
             self._ui.xrayState.setToolTip("\n".join(report.details))
         now = (self.number, source, report)
         if now != self._was_selected:

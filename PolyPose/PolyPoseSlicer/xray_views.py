@@ -71,6 +71,7 @@ def show_image(number: int, picture: XrayPicture, rgb: np.ndarray) -> slicer.vtk
     node.SetAndObserveImageData(image)
     if node.GetDisplayNode() is None:
         node.CreateDefaultDisplayNodes()
+        node.GetDisplayNode().SetSaveWithScene(False)
     node.EndModify(was)
     detector = part(number, "detector")
     if detector is not None:
@@ -92,6 +93,7 @@ def show_carm(number: int, picture: XrayPicture) -> None:
     beam.SetAndObservePolyData(_beam(picture))
     if beam.GetDisplayNode() is None:
         beam.CreateDefaultDisplayNodes()
+        beam.GetDisplayNode().SetSaveWithScene(False)
         beam.GetDisplayNode().SetColor(*_BEAM_COLOR)
         beam.GetDisplayNode().SetLineWidth(2)
         beam.GetDisplayNode().SetVisibility2D(False)
@@ -100,6 +102,7 @@ def show_carm(number: int, picture: XrayPicture) -> None:
     if detector.GetDisplayNode() is None:
         detector.CreateDefaultDisplayNodes()
         display = detector.GetDisplayNode()
+        display.SetSaveWithScene(False)
         display.SetColor(1.0, 1.0, 1.0)
         display.SetAmbient(1.0)
         display.SetDiffuse(0.0)

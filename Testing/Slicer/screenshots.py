@@ -1,6 +1,6 @@
-"""Writes the README's screenshots: the panel, and genuine slice and 3D views of a study and its result.
+"""Writes the README's screenshots: the panel, and genuine slice and 3D views of a registration run by the panel.
 
-python Testing/Slicer/screenshots.py STUDY.json RESULT_FOLDER OUTPUT_FOLDER
+python Testing/Slicer/screenshots.py STUDY.json OUTPUT_FOLDER
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ import qt
 import slicer
 from harness import errors, layout, modules
 
-_SIZE = (460, 400)
+_SIZE = (340, 320)
 _GAP = 4
 
 
-def main(study: str, result: str, output: str) -> None:
-    """Open the study and its result, and take the pictures."""
+def main(study: str, output: str) -> None:
+    """Open the study, register it by the panel's own button, and take the pictures on the way."""
     folder = Path(output)
     folder.mkdir(parents=True, exist_ok=True)
     manager = layout.install(_SIZE)
@@ -39,58 +39,83 @@ def main(study: str, result: str, output: str) -> None:
     ui.bonesOnly.checked = True
     ui.xraysTable.selectRow(0)
     _panel(ui, folder / "panel-inputs.png", ("inputsSection", "xraysSection"))
-    ui.carmSection.collapsed = False
-    ui.carmLive.checked = True
-    _wait(lambda: panel.carm.seconds)
-    ui.carmPrimary.value = ui.carmPrimary.value + 6
-    _wait(lambda: not panel.renderer.busy)
-    _panel(ui, folder / "panel-carm.png", ("carmSection",))
-    _grid(manager, [["PolyPoseXray1", "1"]], folder / "carm.png")
-    ui.carmLive.checked = False
-    panel.review.load_result(result)
-    panel.parameters.outputSegmentation.CreateClosedSurfaceRepresentation()
-    slicer.app.processEvents()
-    _aim(manager)
-    ui.compareMode.currentIndex = 3
-    _panel(ui, folder / "panel-review.png", ("registerSection", "reviewSection"))
-    slices = ["Red", "Green"]
-    _grid(manager, [["PolyPoseXray1", "PolyPoseXray2"], ["1", "Green"]], folder / "overview.png")
-    _compare(ui, manager, folder / "compare.png")
-    ui.showGrid.checked = True
-    _grid(manager, [slices], folder / "grid.png")
-    ui.showGrid.checked = False
-    ui.showJacobian.checked = True
-    change = _picture(manager.slices["Green"])
-    ui.weightStructure.currentIndex = ui.weightStructure.findText("femur_left")
-    _save(_tile([[change, _picture(manager.slices["Green"])]]), folder / "maps.png")
-    ui.weightStructure.currentIndex = 0
-    ui.showBefore.checked = True
-    _wait(lambda: not panel.renderer.busy)
-    before = [_picture(manager.slices[name]) for name in slices]
-    ui.showAfter.checked = True
-    after = [_picture(manager.slices[name]) for name in slices]
-    _save(_tile([before, after]), folder / "before-after.png")
-    panel.review.save_report(str(folder / "report.html"))
+    _carm(panel, manager, folder)
+    _register(panel, folder)
+    _review(panel, manager, folder)
     print(f"live rendering: {1000 * panel.carm.seconds[-1]:.0f} ms; swallowed errors: {errors.take()}")
     module.exit()
     module.close()
 
 
-def _compare(ui, manager, path: Path) -> None:
-    """One view compared in four ways."""
+def _carm(panel, manager, folder: Path) -> None:
+    ui = panel.ui
+    ui.carmSection.collapsed = False
+    ui.carmLive.checked = True
+    _wait(lambda: panel.carm.seconds)
+    count = len(panel.carm.seconds)
+    ui.carmSecondary.value = ui.carmSecondary.value + 7
+    _wait(lambda: len(panel.carm.seconds) > count)
+    _panel(ui, folder / "panel-carm.png", ("carmSection",))
+    _save(_tile([[_picture(manager.slices["PolyPoseXray1"]), _three_d(manager)]]), folder / "carm.png")
+    ui.carmReset.click()
+    ui.carmLive.checked = False
+    ui.carmSection.collapsed = True
+
+
+def _register(panel, folder: Path) -> None:
+    ui = panel.ui
+    ui.presetSelector.currentIndex = 1
+    ui.registerButton.click()
+    _wait(lambda: ui.progressBar.maximum > 1 and "similarity" in ui.stageLabel.text, 120)
+    _panel(ui, folder / "panel-register.png", ("registerSection",))
+    _wait(lambda: not panel.register.running, 500)
+    print(ui.messageLabel.text)
+
+
+def _review(panel, manager, folder: Path) -> None:
+    ui, parameters = panel.ui, panel.parameters
+    parameters.outputSegmentation.CreateClosedSurfaceRepresentation()
+    _aim(manager, parameters)
+    _panel(ui, folder / "panel-review.png", ("reviewSection",))
+    ui.compareMode.currentIndex = 3
+    slices = [_picture(manager.slices[name]) for name in ("Red", "Yellow", "Green")]
+    xrays = [_picture(manager.slices[f"PolyPoseXray{number}"]) for number in (1, 2)]
+    _save(_tile([[*xrays, _three_d(manager)], slices]), folder / "overview.png")
+    ui.compareView.currentIndex = 1
     pictures = []
     for mode in (0, 1, 3, 5):
         ui.compareMode.currentIndex = mode
         pictures.append(_picture(manager.slices["PolyPoseXray1"]))
-    _save(_tile([pictures[:2], pictures[2:]]), path)
-    ui.compareMode.currentIndex = 0
+    _save(_tile([pictures]), folder / "compare.png")
+    green = manager.slices["Green"]
+    ui.showGrid.checked = True
+    maps = [_picture(green)]
+    ui.showGrid.checked = False
+    ui.showJacobian.checked = True
+    maps.append(_picture(green))
+    ui.weightStructure.currentIndex = ui.weightStructure.findText("femur_left")
+    maps.append(_picture(green))
+    _save(_tile([maps]), folder / "maps.png")
+    ui.weightStructure.currentIndex = 0
+    ui.showBefore.checked = True
+    _wait(lambda: not panel.renderer.busy)
+    before = _picture(green)
+    ui.showAfter.checked = True
+    _save(_tile([[before, _picture(green)]]), folder / "before-after.png")
 
 
-def _aim(manager) -> None:
-    """Look at the middle of the femora, and at everything in 3D."""
+def _aim(manager, parameters) -> None:
+    """Put the slices through the left femur's head."""
     for name in ("Red", "Yellow", "Green"):
         manager.slices[name].fit()
-    manager.three_d["1"].look_from((0.55, 0.75, 0.25))
+    content = parameters.segmentation.GetSegmentation()
+    femur = next(
+        each for each in content.GetSegmentIDs() if content.GetSegment(each).GetName() == "femur_left"
+    )
+    center = parameters.segmentation.GetSegmentCenterRAS(femur)
+    for name in ("Red", "Yellow", "Green"):
+        node = manager.slices[name].node
+        node.JumpSliceByOffsetting(*center)
 
 
 def _picture(view) -> np.ndarray:
@@ -102,10 +127,13 @@ def _picture(view) -> np.ndarray:
     return vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1)[::-1, :, :3].copy()
 
 
-def _grid(manager, names: list[list[str]], path: Path) -> None:
-    views = {**manager.slices, **manager.three_d}
-    manager.three_d["1"].look_from((0.55, 0.75, 0.25))
-    _save(_tile([[_picture(views[name]) for name in row] for row in names]), path)
+def _three_d(manager) -> np.ndarray:
+    view = manager.three_d["1"]
+    view.node.SetBoxVisible(False)
+    view.node.SetAxisLabelsVisible(False)
+    view.look_from((0.5, 0.85, 0.3))
+    view.renderer.GetActiveCamera().Zoom(1.5)
+    return _picture(view)
 
 
 def _tile(rows: list[list[np.ndarray]]) -> np.ndarray:
@@ -122,9 +150,10 @@ def _tile(rows: list[list[np.ndarray]]) -> np.ndarray:
 
 
 def _save(picture: np.ndarray, path: Path) -> None:
-    from PolyPoseSlicer.report_page import png_of
+    """Write a PNG of a palette of its own, which is small."""
+    from PIL import Image
 
-    path.write_bytes(png_of(picture))
+    Image.fromarray(picture).quantize(200, method=Image.Quantize.MEDIANCUT).save(path, optimize=True)
 
 
 def _panel(ui, path: Path, sections: tuple[str, ...]) -> None:
@@ -153,4 +182,4 @@ def _wait(condition, seconds: float = 60.0) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:4])
+    main(*sys.argv[1:3])
