@@ -74,9 +74,9 @@ def test_the_folder_holds_exactly_what_is_promised(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
     fields = json.loads((tmp_path / "out" / "result.json").read_text())
     assert fields["version"] == 1
-    assert set(fields["structures"]["femur"]) == {"fixed_to_moving", "motion", "uncertainty"}
-    assert set(fields["structures"]["pelvis"]) == {"fixed_to_moving", "motion"}
-    assert set(fields["structures"]["pelvis"]["motion"]) == {"rotation_deg", "translation_mm", "axis"}
+    assert {"fixed_to_moving", "motion", "uncertainty"} <= set(fields["structures"]["femur"])
+    assert "uncertainty" not in fields["structures"]["pelvis"]
+    assert {"rotation_deg", "translation_mm", "axis"} <= set(fields["structures"]["pelvis"]["motion"])
     assert {"K", "extrinsic", "similarity"} <= set(fields["cameras"][0])
     assert {"seconds", "device", "versions", "warnings", "similarity"} <= set(fields)
 
