@@ -83,7 +83,11 @@ def volume_change(node: slicer.vtkMRMLTransformNode) -> VolumeChange:
 
     transform = node.GetTransformFromParentAs("vtkOrientedGridTransform", False, True)
     if transform is None or transform.GetDisplacementGrid() is None:
-        raise InputError(f"'{node.GetName()}' holds no displacement grid: register first, or load a result.")
+        raise InputError(
+            _("'{node}' holds no displacement grid: register first, or load a result.").format(
+                node=node.GetName()
+            )
+        )
     grid = transform.GetDisplacementGrid()
     shape = grid.GetDimensions()[::-1]
     vectors = vtk_to_numpy(grid.GetPointData().GetScalars()).reshape(*shape, 3)
@@ -119,7 +123,7 @@ def structure_weight(
     form: as in PolyPoseLib.options. At rest, on a grid of about 4 mm. Raises InputError for an unknown name.
     """
     if name not in structures:
-        raise InputError(f"There is no structure '{name}': choose one of the table.")
+        raise InputError(_("There is no structure '{name}': choose one of the table.").format(name=name))
     layers = read_layers(segmentation, [each for ids in structures.values() for each in ids])
     grid = _coarse_grid([layer.voxels.grid for layer in layers])
     owner = np.zeros(grid.shape, np.int16)

@@ -23,6 +23,7 @@ _PAIRS = {
     ("xraySpacingRows", "xraySpacingColumns"): "pixel_spacing_mm",
     ("xrayPointColumn", "xrayPointRow"): "principal_point_px",
 }
+_DIRECTION = ("primary_angle_deg", "secondary_angle_deg", "source_to_isocenter_mm", "patient_position")
 _CAMERAS = ("initial", "known", "absent")
 _MIRRORED = (None, True, False)
 
@@ -119,12 +120,14 @@ class XrayDetails:
         position = ui.xrayPosition.currentIndex
         fields["patient_position"] = PATIENT_POSITIONS[position - 1] if position > 0 else None
         fields["mirrored"] = _MIRRORED[ui.xrayMirrored.currentIndex]
+        camera_transform = ui.xrayTransform.currentNode()
+        if any(fields.get(key) != self._source.fields.get(key) for key in _DIRECTION):
+            # A direction that was typed takes the place of a camera that was given.
+            fields["extrinsic"], camera_transform = None, None
         fields = {key: value for key, value in fields.items() if value is not None}
         frame = ui.xrayFrame.value - 1 if ui.xrayFrame.enabled else self._source.frame
         frame = None if frame == 0 and self._source.frame is None else frame
-        self._changed(
-            replace(self._source, fields=fields, frame=frame, camera_transform=ui.xrayTransform.currentNode())
-        )
+        self._changed(replace(self._source, fields=fields, frame=frame, camera_transform=camera_transform))
 
     def _pair(self, names: tuple[str, str], field: str) -> list[float] | None:
         """Two numbers; where only one was typed, the other is the same (spacing) or as found (point)."""

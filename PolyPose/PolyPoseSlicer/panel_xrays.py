@@ -16,7 +16,7 @@ from .parameters import PolyPoseParameterNode, store_xray_sources, xray_sources
 from .xray_reading import GEOMETRY_FIELDS, XrayReader, XrayReport, geometry_from_file
 from .xray_source import XraySource
 
-_FILES = "X-rays (*.dcm *.ima *.nrrd *.nhdr *.nii *.nii.gz *.mha *.mhd *.png *.tif *.tiff);;All files (*)"
+_ENDINGS = "*.dcm *.ima *.nrrd *.nhdr *.nii *.nii.gz *.mha *.mhd *.png *.tif *.tiff"
 
 _ROW_HEIGHT = 24
 
@@ -180,7 +180,8 @@ class XraysPart:
 
     def _ask_files(self) -> None:
         window = self._ui.xraysTable.window()
-        self.add_files(list(qt.QFileDialog.getOpenFileNames(window, _("Add X-rays"), "", _FILES)))
+        kinds = f"{_('X-rays')} ({_ENDINGS});;{_('All files')} (*)"
+        self.add_files(list(qt.QFileDialog.getOpenFileNames(window, _("Add X-rays"), "", kinds)))
 
     def _ask_geometry(self) -> None:
         window = self._ui.xraysTable.window()

@@ -92,7 +92,7 @@ def pictures_of_result(outputs: OutputNodes, reports: Sequence[XrayReport]) -> l
             xray = known.image
         pictures.append(
             XrayPicture(
-                node.GetName(),
+                node.GetName() if known is None else known.name,
                 camera,
                 _depth_of(outputs.renderings[number], camera),
                 rendering if xray is None else xray,

@@ -145,15 +145,20 @@ def geometry_from_file(path: str | Path, source: XraySource, number: int) -> dic
     try:
         stored = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise InputError(f"{path.name} cannot be read as JSON ({error}): choose a study file.") from error
+        raise InputError(
+            _("{file} cannot be read as JSON ({reason}): choose a study file.").format(
+                file=path.name, reason=error
+            )
+        ) from error
     entry = _entry_for(stored, source, number) if isinstance(stored, dict) else None
     fields = (
         {} if entry is None else {key: entry[key] for key in GEOMETRY_FIELDS if entry.get(key) is not None}
     )
     if not fields:
         raise InputError(
-            f"{path.name} says nothing about the geometry of '{source.name}': choose a study file whose "
-            '"xrays" hold it.'
+            _(
+                "{file} says nothing about the geometry of '{xray}': choose a study file whose \"xrays\" hold it."
+            ).format(file=path.name, xray=source.name)
         )
     return fields
 

@@ -4,14 +4,22 @@ from __future__ import annotations
 
 import json
 import unittest
+from unittest import mock
+from xml.etree import ElementTree
 
 import scenes
 import slicer
-from panel_case import PanelCase, type_into
+from panel_case import INSIDE_SLICER, PanelCase, type_into
 from PolyPoseSlicer import parameters
 
 # isort: split
 import qt
+from slicer_case import REPOSITORY
+
+_CONTROLS = {
+    "QPushButton", "QCheckBox", "QRadioButton", "QComboBox", "QSpinBox", "QLineEdit", "QTableWidget",
+    "ctkSliderWidget", "ctkPathLineEdit", "qMRMLNodeComboBox",
+}  # fmt: skip
 
 
 class StructuresTest(PanelCase):
@@ -223,6 +231,56 @@ class XraysTest(PanelCase):
         self.ui.xrayTransform.setCurrentNode(camera)
         self.assertIs(self.sources()[0].camera_transform, camera)
         self.assertEqual(self.line(0)[1:3], ["transform", "a guess"])
+
+    def test_typed_angles_take_the_place_of_a_given_camera(self) -> None:
+        self.fill()
+        self.ui.xraysTable.selectRow(0)
+        type_into(self.ui.xrayPrimary, "20")
+        source = self.sources()[0]
+        self.assertNotIn("extrinsic", source.fields)
+        self.assertEqual(source.fields["primary_angle_deg"], 20)
+        self.assertEqual(self.line(0)[1], "typed")
+        self.assertIn("LAO 20", self.ui.xrayState.text)
+
+
+class FormTest(PanelCase):
+    def test_every_control_explains_itself_and_is_used(self) -> None:
+        module = REPOSITORY / "PolyPose"
+        code = "".join(path.read_text(encoding="utf-8") for path in (module / "PolyPoseSlicer").glob("*.py"))
+        root = ElementTree.parse(module / "Resources" / "UI" / "PolyPose.ui").getroot()
+        seen = 0
+        for widget in root.iter("widget"):
+            given = {each.get("name") for each in widget.findall("property")}
+            if widget.get("class") in _CONTROLS:
+                seen += 1
+                name = widget.get("name")
+                self.assertTrue("toolTip" in given or name == "registerButton", f"{name} has no tool tip")
+                self.assertTrue("SlicerParameterName" in given or name in code, f"nothing uses {name}")
+        self.assertGreater(seen, 50)
+
+    @unittest.skipIf(INSIDE_SLICER, "dialogs cannot be answered for the user there")
+    def test_dialogs_hand_on_what_was_chosen(self) -> None:
+        self.fill()
+        missing = str(self.folder / "missing.dcm")
+        answers = {
+            "getOpenFileNames": [missing],
+            "getOpenFileName": missing,
+            "getExistingDirectory": str(self.folder / "missing"),
+            "getSaveFileName": str(self.folder / "missing" / "file"),
+        }
+        for name, answer in answers.items():
+            patch = mock.patch.object(qt.QFileDialog, name, staticmethod(lambda *_, answer=answer: answer))
+            patch.start()
+            self.addCleanup(patch.stop)
+        self.ui.addFilesButton.click()
+        self.assertEqual(self.ui.xraysTable.rowCount, 3)
+        self.ui.geometryFileButton.click()
+        self.assertIn("cannot be read as JSON", self.ui.xrayState.text)
+        self.ui.loadResultButton.click()
+        self.assertIn("no such folder", self.ui.reviewState.text)
+        for ask in (self.panel.review._ask_report, self.panel.review.motions._ask_file):
+            ask()
+            self.assertIn("cannot be written", self.ui.reviewState.text)
 
 
 if __name__ == "__main__":
