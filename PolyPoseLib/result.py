@@ -24,6 +24,7 @@ class StructureResult:
     rotation_deg, axis: angle in degrees and unit axis (3,) of the motion from the CT to the X-rays' posture.
     translation_mm: (3,) displacement of the structure's centroid from the CT to the X-rays' posture.
     uncertainty: 95 % intervals in mm and degrees, or None when they were not computed.
+    centroid: (3,) of the structure in the CT, LPS mm, or None when it is not known.
     """
 
     fixed_to_moving: np.ndarray
@@ -31,6 +32,7 @@ class StructureResult:
     translation_mm: np.ndarray
     axis: np.ndarray
     uncertainty: Mapping[str, Any] | None = None
+    centroid: np.ndarray | None = None
 
     @classmethod
     def from_pose(
@@ -46,7 +48,7 @@ class StructureResult:
         angle = float(np.linalg.norm(vector))
         axis = vector / angle if angle > 1e-12 else np.array([0.0, 0.0, 1.0])
         shift = motion[:3, :3] @ centroid + motion[:3, 3] - centroid
-        return cls(pose, float(np.degrees(angle)), shift, axis, uncertainty)
+        return cls(pose, float(np.degrees(angle)), shift, axis, uncertainty, centroid)
 
 
 @dataclass(frozen=True)

@@ -112,6 +112,7 @@ def result_fields(result: Result) -> dict[str, Any]:
                         "translation_mm": each.translation_mm,
                         "axis": each.axis,
                     },
+                    **({} if each.centroid is None else {"centroid": each.centroid}),
                     **({} if each.uncertainty is None else {"uncertainty": dict(each.uncertainty)}),
                 }
                 for name, each in result.structures.items()
@@ -184,6 +185,7 @@ def _read_structure(fields: dict[str, Any]) -> StructureResult:
         _matrix(motion["translation_mm"], (3,)),
         _matrix(motion["axis"], (3,)),
         fields.get("uncertainty"),
+        _matrix(fields["centroid"], (3,)) if "centroid" in fields else None,
     )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera, rigid_inverse
+from PolyPoseLib.imaging.boxes import bounding_box
 
 PointMap = Callable[[np.ndarray], np.ndarray]
 """Takes points (N, 3) in LPS mm to points (N, 3) in LPS mm."""
@@ -69,18 +70,6 @@ def surface_points(mask: np.ndarray, affine: np.ndarray) -> np.ndarray:
     surface = inside & ~binary_erosion(inside)
     index = np.argwhere(surface) + [side.start for side in box]
     return index[:, ::-1] @ affine[:3, :3].T + affine[:3, 3]
-
-
-def bounding_box(mask: np.ndarray) -> tuple[slice, ...] | None:
-    """Smallest box of slices that holds a mask of any dimension; None when it is empty."""
-    box = []
-    for axis in range(mask.ndim):
-        others = tuple(a for a in range(mask.ndim) if a != axis)
-        filled = np.flatnonzero(mask.any(axis=others))
-        if not len(filled):
-            return None
-        box.append(slice(int(filled[0]), int(filled[-1]) + 1))
-    return tuple(box)
 
 
 def mask_points(mask: np.ndarray, affine: np.ndarray, limit: int | None = None, seed: int = 0) -> np.ndarray:

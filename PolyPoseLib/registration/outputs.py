@@ -23,6 +23,9 @@ from PolyPoseLib.warp.weights import distance_maps
 TRANSFORM_MM = 3.0
 """Grid of the transform that is handed out."""
 
+COARSEST_MM = 4.0
+"""No grid of a transform is coarser."""
+
 MARGIN_MM = 20.0
 """How far the transform reaches beyond the CT: anatomy moves out of it."""
 
@@ -51,15 +54,31 @@ def warp_study(
     """
     distances = distance_maps(study.structures, study.ct.affine)
     exact = soft.warp(distances, poses)
-    affine, shape = covering_grid(study.ct.affine, study.ct.shape, spacing_mm, MARGIN_MM)
+    affine, shape, aligned = _transform_grid(study.ct, spacing_mm)
     transform = displacement_field(exact, affine, shape)
     small = study.ct.voxels.size * len(study.structures.names) <= EXACT_WORK
-    warp: AnyWarp = exact if small else transform
+    warp: AnyWarp = exact if small and not aligned else transform
     labels = study.source_segmentation or Volume(study.structures.labels, study.ct.affine)
     if composed:
         ct = compose_warped_ct(study.ct, study.structures, poses, warp)
         return Warped(transform, ct, compose_warped_labels(labels, study.structures, poses, warp))
     return Warped(transform, warp_volume(study.ct, warp), warp_labels(labels, warp))
+
+
+def _transform_grid(ct: Volume, spacing_mm: float) -> tuple[np.ndarray, tuple[int, int, int], bool]:
+    """Affine and shape (k, j, i) of the transform's grid, and whether its nodes lie on the CT's voxels.
+
+    They do when the voxels are about as large as asked for: warping the CT then needs no interpolation of the
+    transform.
+    """
+    spacing = ct.spacing
+    if (spacing >= 0.8 * spacing_mm).all() and (spacing <= COARSEST_MM).all():
+        pad = np.ceil(MARGIN_MM / spacing).astype(int)
+        affine = ct.affine.copy()
+        affine[:3, 3] -= affine[:3, :3] @ pad
+        depth, height, width = (int(n) for n in np.array(ct.shape) + 2 * pad[::-1])
+        return affine, (depth, height, width), True
+    return *covering_grid(ct.affine, ct.shape, spacing_mm, MARGIN_MM, keep_coarser=False), False
 
 
 def render_views(

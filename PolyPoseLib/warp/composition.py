@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.evaluation.metrics import bounding_box
 from PolyPoseLib.geometry.camera import require_rigid, rigid_inverse
+from PolyPoseLib.imaging.boxes import bounding_box
 from PolyPoseLib.imaging.structures import Structures
 from PolyPoseLib.imaging.volume import Volume
 from PolyPoseLib.warp.dense import AnyWarp, warp_labels, warp_volume

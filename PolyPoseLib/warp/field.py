@@ -190,12 +190,17 @@ def set_grid(image: sitk.Image, affine: np.ndarray) -> None:
 
 
 def covering_grid(
-    affine: np.ndarray, shape: tuple[int, int, int], spacing_mm: float, margin_mm: float = 0.0
+    affine: np.ndarray,
+    shape: tuple[int, int, int],
+    spacing_mm: float,
+    margin_mm: float = 0.0,
+    keep_coarser: bool = True,
 ) -> tuple[np.ndarray, tuple[int, int, int]]:
-    """A grid no finer than spacing_mm, along the same axes, that covers all voxels of another to their edges.
+    """A grid of spacing_mm, along the same axes, that covers all voxels of another to their edges.
 
-    affine: (4, 4), shape: (k, j, i) of the grid to cover. spacing_mm: wanted distance between nodes; an axis
-    whose voxels are farther apart keeps its own distance. margin_mm: covered beyond the voxels' edges.
+    affine: (4, 4), shape: (k, j, i) of the grid to cover. spacing_mm: wanted distance between nodes; margin_mm:
+    covered beyond the voxels' edges. keep_coarser: an axis whose voxels are farther apart than that keeps its own
+    distance, since nothing is known between them.
     Returns (affine (4, 4), shape (k, j, i)).
     """
     require_grid(affine, "the grid to cover")
@@ -203,7 +208,7 @@ def covering_grid(
         raise InputError(f"A grid's spacing of {spacing_mm} mm is not possible; give a number above 0.")
     spacing = np.linalg.norm(affine[:3, :3], axis=0)
     size = np.array(shape[::-1])
-    wanted = np.maximum(spacing, spacing_mm)
+    wanted = np.maximum(spacing, spacing_mm) if keep_coarser else np.full(3, float(spacing_mm))
     length = size * spacing + 2 * margin_mm
     nodes = np.ceil(length / wanted - 1e-9).astype(int) + 1
     extent = (nodes - 1) * wanted

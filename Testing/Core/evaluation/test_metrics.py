@@ -6,7 +6,6 @@ from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.evaluation.metrics import (
-    bounding_box,
     dice,
     dice_per_label,
     fold_percentage,
@@ -20,6 +19,7 @@ from PolyPoseLib.evaluation.metrics import (
     target_registration_error,
 )
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.imaging.boxes import bounding_box
 
 
 def rigid(seed, angle_deg=10.0) -> np.ndarray:
