@@ -34,14 +34,19 @@ def motion_line(row: MotionRow) -> list[str]:
     right, front, up = row.translation_mm
     return [
         row.name,
-        f"{row.rotation_deg:.2f}",
-        f"{(right**2 + front**2 + up**2) ** 0.5:.2f}",
-        f"{right:.2f}",
-        f"{front:.2f}",
-        f"{up:.2f}",
-        ", ".join(f"{part:.2f}" for part in row.axis) if row.rotation_deg > 1e-3 else "-",
+        _decimals(row.rotation_deg),
+        _decimals((right**2 + front**2 + up**2) ** 0.5),
+        _decimals(right),
+        _decimals(front),
+        _decimals(up),
+        ", ".join(_decimals(part) for part in row.axis) if row.rotation_deg > 1e-3 else "-",
         uncertainty_text(row.uncertainty),
     ]
+
+
+def _decimals(number: float) -> str:
+    """Two decimals, without a minus before zero."""
+    return f"{round(float(number), 2) + 0.0:.2f}"
 
 
 def uncertainty_text(numbers: dict[str, float]) -> str:
