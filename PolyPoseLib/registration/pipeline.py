@@ -206,6 +206,7 @@ def _assemble(
     monitor.seconds["total"] = monitor.elapsed
     result = Result(
         structures=_structures(scene, joint, doubts),
+        anchor=study.anchor,
         cameras=cameras,
         history=monitor.history,
         seconds=monitor.seconds,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
+import sys
 import tempfile
 import types
 from collections.abc import Callable
@@ -28,6 +30,7 @@ _MODULE_LOGICS = {
     "Sequences": "vtkSlicerSequencesLogic",
     "Units": "vtkSlicerUnitsLogic",
 }
+_SPARE_REFERENCES = 1_000_000
 _APPLICATION_SIGNALS = ("startupCompleted()", "aboutToQuit()", "lastWindowClosed()")
 
 
@@ -225,6 +228,7 @@ class CoreModule:
 
 def install() -> Application:
     """Make `slicer.mrmlScene`, `slicer.app` and `slicer.modules`; call once a process."""
+    _keep_none_alive()
     scene = slicer.vtkMRMLScene()
     slicer.mrmlScene = scene
     logic = slicer.vtkSlicerApplicationLogic()
@@ -243,6 +247,15 @@ def install() -> Application:
         logic.SetModuleLogic(name, module_logic)
         setattr(slicer.modules, name.lower(), CoreModule(name, module_logic))
     return slicer.app
+
+
+def _keep_none_alive() -> None:
+    """Give None references to spare: before Python 3.12 made it immortal, an extension that drops one reference
+    too many ends the whole process after some thousand calls ("deallocating None").
+    """
+    if sys.version_info < (3, 12):
+        for _ in range(_SPARE_REFERENCES):
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(None))
 
 
 def _add_singletons(scene: slicer.vtkMRMLScene) -> None:
