@@ -2,7 +2,8 @@
 
 V. Gopalakrishnan et al., "PolyPose: deformable 2D/3D registration via polyrigid transformations", 2025. Each camera
 is found from the anchor alone, cut out of the CT; then all poses jointly, on voxels of 4 mm, 2 mm and the CT's own
-size, 51 iterations each. Poses turn about the structures' centroids, and Adam's moments go on from level to level.
+size, 51 iterations each. Poses turn about the structures' centroids, and Adam's moments and step sizes go on from level
+to level.
 """
 
 from __future__ import annotations
@@ -33,9 +34,6 @@ from PolyPoseLib.rendering.rigid import Body, project_body
 from PolyPoseLib.warp.field import DisplacementField
 from PolyPoseLib.warp.weights import distance_maps
 
-IMAGE_PIXELS = 180
-"""X-rays are averaged to about this many pixels a side, at every level."""
-
 MAPS_BYTES = 3 << 27
 """Memory of the distance maps; they are made coarser to fit."""
 
@@ -44,13 +42,22 @@ PREVIEW_EVERY = 10
 
 @dataclass(frozen=True)
 class PaperLevel:
-    """voxel_mm: of the CT, and distance of ray samples; None for the CT's own; iterations: of the optimiser."""
+    """One step of the pyramid.
+
+    voxel_mm: of the CT, and distance of ray samples; None for the CT's own; iterations: of the optimiser; pixels:
+    X-rays are averaged to about this many a side.
+    """
 
     voxel_mm: float | None
     iterations: int = 51
+    pixels: int = 180
 
 
 PAPER_LEVELS = (PaperLevel(4.0), PaperLevel(2.0), PaperLevel(None))
+
+CAMERA_LEVELS = (PaperLevel(4.0, pixels=50), PaperLevel(2.0, pixels=100), PaperLevel(None, pixels=200))
+"""Cameras start further off, so their images are coarse at first, as in the rigid registration that precedes the
+paper's (its scales 24, 12 and 6 leave 52, 103 and 206 pixels)."""
 
 
 def find_camera_by_anchor(
@@ -60,17 +67,17 @@ def find_camera_by_anchor(
     backend: Backend,
     monitor: Monitor,
     stage: str,
-    levels: Sequence[PaperLevel] = PAPER_LEVELS,
+    levels: Sequence[PaperLevel] = CAMERA_LEVELS,
 ) -> Camera:
     """Refine one X-ray's camera: Adam on a perturbation of se(3) about the anchor's centroid.
 
     The anchor, cut out of the CT, is compared with the whole X-ray.
     """
-    view = view_of(measured)
-    judge = gmncc_judge(view.image, view.mask)
     adam, parameters = Adam(pose_rates()), np.zeros(6)
     total, done = sum(level.iterations for level in levels), 0
     for level in levels:
+        view = view_of(measured, level.pixels)
+        judge = gmncc_judge(view.image, view.mask)
         body = anchor_body(ct, scene, level.voxel_mm)
         for iteration in range(level.iterations):
             vector = torch.as_tensor(parameters)
@@ -107,7 +114,6 @@ def fit_structures_by_gmncc(
     """
     maps = distance_maps(scene.structures, scene.ct_affine, budget_bytes=MAPS_BYTES)
     warp = soft.warp(maps, np.stack([np.eye(4)] * len(scene.names)))
-    views = [view_of(m) for m in measured]
     moving = [k for k in range(len(scene.names)) if k != scene.anchor]
     parameters = np.zeros((len(scene.names), 6))
     adam = Adam(pose_rates())
@@ -120,6 +126,7 @@ def fit_structures_by_gmncc(
         monitor.step("bones", iteration, total, similarity, show)
 
     for level in levels:
+        views = [view_of(m, level.pixels) for m in measured]
         grid = attenuation_grid(ct, level.voxel_mm)
         step = sample_distance(ct, level)
         objective = PolyrigidObjective(grid.voxels, grid.affine, warp, views, scene.centres, step, backend)
@@ -169,10 +176,10 @@ def _show(
     return preview(soft.coarse_field(poses))
 
 
-def view_of(measured: Measured) -> View:
-    """The X-ray at about IMAGE_PIXELS a side, with its camera."""
+def view_of(measured: Measured, pixels: int) -> View:
+    """The X-ray at about ``pixels`` a side, with its camera."""
     height, width = measured.image.shape
-    factor = max(1, min(round(max(height, width) / IMAGE_PIXELS), min(height, width) // 16))
+    factor = max(1, min(round(max(height, width) / pixels), min(height, width) // 16))
     image, mask = binned(measured.image, measured.mask, factor)
     return View(image, mask, measured.camera.binned(factor))
 
