@@ -23,7 +23,7 @@ PRESETS: dict[str, Preset] = {
         camera_levels=(Level(6.0, 40.0, 15), Level(3.0, 20.0, 15), Level(2.0, 14.0, 10)),
         joint=JointPlan(
             first_levels=(Level(6.0, 40.0, 20, 0.01),),
-            restart_level=Level(4.0, 28.0, 8, 0.01),
+            restart_level=Level(4.0, 28.0, 8, 0.003),
             last_levels=(
                 Level(3.0, 20.0, 20, 0.005),
                 Level(2.0, 14.0, 20, 0.002),

@@ -20,8 +20,10 @@ from PolyPoseLib.registration.problem import RigidProblem, State
 PATCHES_PER_CLUSTER = 2
 """Clusters are this many patches of the local contrast wide."""
 
-INFLATION = 1.0
-"""Factor on the standard deviations for what the residual does not tell."""
+INFLATION = 6.0
+"""Factor on the standard deviations for what the residual does not tell: soft tissue that moves otherwise than the
+model pushes all of an edge one way.  Measured on simulated pelves with an independent truth, where 37 of 39 errors of
+a centroid's coordinates then lay inside their 95 % interval."""
 
 UNSEEN_ROTATION_DEG = 90.0
 UNSEEN_TRANSLATION_MM = 100.0
