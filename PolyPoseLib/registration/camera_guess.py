@@ -10,7 +10,7 @@ import numpy as np
 from PolyPoseLib.errors import UntrustedResultError
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.imaging.xray import Xray
-from PolyPoseLib.registration.hypotheses import Hypothesis
+from PolyPoseLib.registration.hypotheses import Hypothesis, doubts
 from PolyPoseLib.registration.levels import Measured
 from PolyPoseLib.registration.monitor import Monitor
 from PolyPoseLib.registration.scene import Scene
@@ -22,15 +22,6 @@ GIVEN_RADIUS = (5.0, 20.0)
 
 SEARCHED_RADIUS = (2.0, 10.0)
 """Degrees and mm within which a camera that was found by search is true, if the right one was found at all."""
-
-LEAST_SIMILARITY = 0.4
-"""Local correlation around the anchor below which a camera is not believed."""
-
-LEAST_LEAD = 0.12
-"""By which the best camera's similarity must exceed the runner-up's, lest another view be as good."""
-
-LEAST_SHARE = 0.4
-"""Of the anchor that must show in the X-ray."""
 
 
 @dataclass(frozen=True)
@@ -96,28 +87,19 @@ def searched_camera(
 def judged_guess(found: Sequence[Hypothesis], how: str, name: str) -> Guess:
     """The best of several hypotheses with its doubts."""
     best = found[0]
-    second = found[1].similarity if len(found) > 1 else None
-    doubts = []
-    if best.similarity < LEAST_SIMILARITY:
-        doubts.append(
-            f"the rendering explains it badly (local correlation {best.similarity:.2f}, at least {LEAST_SIMILARITY:g} "
-            "is expected)"
-        )
-    if second is not None and best.similarity - second < LEAST_LEAD:
-        doubts.append(f"another view explains it nearly as well ({second:.2f} against {best.similarity:.2f})")
-    if best.share < LEAST_SHARE:
-        doubts.append(f"only {100 * best.share:.0f} % of the anchor show in it")
+    second = max((other.similarity for other in found[1:]), default=None)
+    said = doubts(found)
     warnings = (
         (
-            f'The camera of X-ray "{name}" is doubtful: {"; ".join(doubts)}; look at it, or give its "landmarks" or '
+            f'The camera of X-ray "{name}" is doubtful: {"; ".join(said)}; look at it, or give its "landmarks" or '
             '"standard_view".',
         )
-        if doubts
+        if said
         else ()
     )
     runner = "" if second is None else f", the next best {second:.2f}"
     how = f"{how}: similarity {best.similarity:.2f}{runner}"
-    return Guess(best.camera, not doubts, SEARCHED_RADIUS, how, warnings, best.similarity, second)
+    return Guess(best.camera, not said, SEARCHED_RADIUS, how, warnings, best.similarity, second)
 
 
 def _on_anchor(xray: Xray, scene: Scene) -> Xray:

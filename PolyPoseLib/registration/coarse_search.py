@@ -35,9 +35,18 @@ LEAST_SHARE = 0.3
 
 @dataclass(frozen=True)
 class Candidates:
-    """extrinsics: (N, 4, 4); worth: (N,) correlation times the root of the anchor's visible share, best first."""
+    """The best shifts for one distance and direction, one for each turn.
 
-    extrinsics: np.ndarray
+    depth: mm; direction: index into the grid's rotations; rolls: (N,) indices into its rolls; rows, columns: (N,) pixel
+    of the turned-back X-ray that shows the anchor's centre; worth: (N,) correlation times the root of the anchor's
+    visible share.
+    """
+
+    depth: float
+    direction: int
+    rolls: np.ndarray
+    rows: np.ndarray
+    columns: np.ndarray
     worth: np.ndarray
 
 
@@ -64,25 +73,32 @@ class CoarseSearch:
         image, mask = binned(measured.image, measured.mask, factor)
         self.images, self.masks, self.principal = self._rolled(image, mask)
 
-    def run(self, depth: float, rotation_index: int, matcher: MaskedMatcher, half: int) -> Candidates:
+    def run(self, depth: float, direction: int, matcher: MaskedMatcher) -> Candidates:
         """Best shift for every allowed turn at one depth (mm) and direction."""
-        rotation = self.grid.rotations[rotation_index]
-        which = np.flatnonzero(self.grid.allowed[rotation_index])
-        template, weight = self._template(rotation, depth, half)
+        which = np.flatnonzero(self.grid.allowed[direction])
+        template, weight = self._template(self.grid.rotations[direction], depth, matcher.half)
         peaks = matcher.best(template, weight, LEAST_SHARE, which)
-        extrinsics = [
-            self._extrinsic(rotation, depth, self.grid.rolls[roll], row + half, column + half)
-            for roll, row, column in zip(which[: len(peaks.score)], peaks.row, peaks.column, strict=True)
-        ]
         worth = peaks.score * np.sqrt(np.clip(peaks.share, 0, 1))
-        return Candidates(np.array(extrinsics).reshape(-1, 4, 4), worth)
+        return Candidates(depth, direction, which, peaks.row, peaks.column, worth)
 
-    def matcher(self, depth: float) -> tuple[MaskedMatcher, int]:
-        """A matcher for templates at ``depth`` mm, and half their side in pixels."""
+    def extrinsic(self, candidates: Candidates, number: int) -> np.ndarray:
+        """(4, 4) of the camera whose turned-back X-ray shows the anchor's centre where a candidate says."""
+        intrinsics = self.camera.intrinsics.copy()
+        intrinsics[:2, 2] = self.principal
+        ray = np.linalg.solve(intrinsics, [candidates.columns[number], candidates.rows[number], 1.0])
+        ray /= np.linalg.norm(ray)
+        back = turn(self.grid.rolls[candidates.rolls[number]])
+        tilt = rotation_between(np.array([0.0, 0.0, 1.0]), ray)
+        extrinsic = np.eye(4)
+        extrinsic[:3, :3] = back @ tilt @ self.grid.rotations[candidates.direction]
+        extrinsic[:3, 3] = back @ ray * candidates.depth - extrinsic[:3, :3] @ self.centre
+        return extrinsic
+
+    def matcher(self, depth: float) -> MaskedMatcher:
+        """A matcher for templates at ``depth`` mm."""
         focal = float(max(self.camera.intrinsics[0, 0], self.camera.intrinsics[1, 1]))
         half = int(np.ceil(self.reach * focal / max(depth - self.reach, 0.2 * depth))) + self.patch // 2 + 2
-        half = min(half, 2 * max(self.images.shape[1:]))
-        return MaskedMatcher(self.images, self.masks, (2 * half + 1, 2 * half + 1)), half
+        return MaskedMatcher(self.images, self.masks, min(half, max(self.images.shape[1:])))
 
     def _template(self, rotation: np.ndarray, depth: float, half: int) -> tuple[np.ndarray, np.ndarray]:
         """Normalised rendering (s, s) with the anchor's centre in the middle, and the weight of its pixels."""
@@ -128,19 +144,6 @@ class CoarseSearch:
             images.append(contrast.normalise(turned).values)
             masks.append(contrast.support > 0)
         return np.stack(images), np.stack(masks), square[:2, 2]
-
-    def _extrinsic(
-        self, rotation: np.ndarray, depth: float, roll: float, row: float, column: float
-    ) -> np.ndarray:
-        """Camera whose turned-back X-ray shows the anchor's centre at (row, column)."""
-        intrinsics = self.camera.intrinsics.copy()
-        intrinsics[:2, 2] = self.principal
-        ray = np.linalg.solve(intrinsics, [column, row, 1.0])
-        ray /= np.linalg.norm(ray)
-        extrinsic = np.eye(4)
-        extrinsic[:3, :3] = turn(roll) @ rotation_between(np.array([0.0, 0.0, 1.0]), ray) @ rotation
-        extrinsic[:3, 3] = turn(roll) @ ray * depth - extrinsic[:3, :3] @ self.centre
-        return extrinsic
 
 
 def anchor_points(body: Body, most: int = 1500) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,18 +20,35 @@ REACH_MM = 12.0
 LEAST_PIXELS = 30
 """Fewer pixels around the anchor tell nothing."""
 
+LEAST_SIMILARITY = 0.42
+"""Local correlation around the anchor below which a camera is not believed."""
+
+LEAST_LEAD = 0.12
+"""By which the best camera's similarity must exceed the runner-up's, lest another view be as good."""
+
+LEAST_SHARE = 0.4
+"""Of the anchor that must show in the X-ray."""
+
+LEAST_VOTES = 2
+"""Starts that must have ended at the best camera, unless it is PLAIN."""
+
+PLAIN = 0.65
+"""Similarity that no wrong camera has."""
+
 
 @dataclass(frozen=True)
 class Hypothesis:
     """A camera with its evidence.
 
     camera: full resolution; similarity: correlation of locally normalised X-ray and rendering around the anchor, in
-    [-1, 1]; share: of the anchor that projects into the X-ray, 0 to 1.
+    [-1, 1]; share: of the anchor that projects into the X-ray, 0 to 1; votes: how many starts ended
+    here.
     """
 
     camera: Camera
     similarity: float
     share: float
+    votes: int = 1
 
     @property
     def worth(self) -> float:
@@ -57,6 +74,41 @@ def judge_camera(
     whole = RigidProblem([scene.volume("whole", size)], [view], [], [0], centre, size, backend)
     rendered = view.contrast.normalise(whole.render(rest, 0)[0]).values[region]
     return Hypothesis(measured.camera, _correlation(rendered, view.target[region]), share)
+
+
+def doubts(found: Sequence[Hypothesis]) -> list[str]:
+    """What speaks against the first of several hypotheses, best first; each a clause for people."""
+    best = found[0]
+    said = []
+    if best.similarity < LEAST_SIMILARITY:
+        said.append(
+            f"the rendering explains it badly (local correlation {best.similarity:.2f}, at least {LEAST_SIMILARITY:g} "
+            "is expected)"
+        )
+    rival = max((other.similarity for other in found[1:]), default=-1.0)
+    if best.similarity - rival < LEAST_LEAD:
+        said.append(f"another view explains it nearly as well ({rival:.2f} against {best.similarity:.2f})")
+    if best.share < LEAST_SHARE:
+        said.append(f"only {100 * best.share:.0f} % of the anchor show in it")
+    if best.votes < LEAST_VOTES and best.similarity < PLAIN:
+        said.append("it was reached from one start only")
+    return said
+
+
+def merged(
+    found: Sequence[Hypothesis], points: np.ndarray, least_mm: float, most: int, same_mm: float
+) -> list[Hypothesis]:
+    """The best hypotheses, each ``least_mm`` from all better ones; those within ``same_mm`` give it their votes."""
+    cameras = [hypothesis.camera for hypothesis in found]
+    kept = distinct(cameras, np.array([hypothesis.worth for hypothesis in found]), points, least_mm, most)
+    pixels = np.stack([_pixels(camera, points) for camera in cameras]) if cameras else np.zeros((0, 1, 2))
+    votes = np.array([hypothesis.votes for hypothesis in found])
+    result = []
+    for n in kept:
+        near = _distances(pixels, pixels[n], _scale(cameras[n], points)) <= same_mm
+        result.append(replace(found[n], votes=int(votes[near].sum())))
+        votes[near] = 0
+    return result
 
 
 def apart_mm(first: Camera, second: Camera, points: np.ndarray) -> float:

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS, standard_view_rotation
 from PolyPoseLib.geometry.view_grid import view_grid
 from PolyPoseLib.registration.cameras import find_camera
-from PolyPoseLib.registration.coarse_search import SIZE_MM, CoarseSearch, anchor_points
-from PolyPoseLib.registration.hypotheses import Hypothesis, distinct, judge_camera
+from PolyPoseLib.registration.coarse_search import SIZE_MM, Candidates, CoarseSearch, anchor_points
+from PolyPoseLib.registration.hypotheses import Hypothesis, distinct, doubts, judge_camera, merged
 from PolyPoseLib.registration.levels import Level, Measured
 from PolyPoseLib.registration.monitor import Monitor
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
-
-DIRECTION_SPACING_DEG = 8.0
-ROLL_SPACING_DEG = 9.0
-DEPTH_RATIO = 1.12
-"""Of neighbouring distances that are tried."""
 
 DEPTH_SHARES = (0.48, 1.0)
 """Distances that are tried, as shares of that from the source to the detector."""
@@ -35,14 +31,52 @@ OFF_AXIS_DEG = 7.0
 
 @dataclass(frozen=True)
 class Stage:
-    """One step of the refinement: its level, how many hypotheses it keeps, and how far apart (mm) they must be."""
+    """One step of the refinement: its level, how many hypotheses it keeps, how far apart (mm) they must be, and how
+    many perturbed copies of the best two are tried beside them.
+    """
 
     level: Level
     keep: int
     apart_mm: float
+    copies: int = 0
 
 
-FIRST_KEPT = 100
+STAGES = (
+    Stage(Level(8.0, 60.0, 10), 20, 4.0),
+    Stage(Level(5.0, 40.0, 10), 6, 3.0),
+    Stage(Level(5.0, 40.0, 12), 10, 1.0, copies=12),
+    Stage(Level(3.0, 25.0, 15), 6, 1.5),
+    Stage(Level(2.5, 20.0, 15), 3, 3.0),
+)
+"""From the first correlations to cameras that a registration can start from."""
+
+SAME_MM = 2.0
+"""Hypotheses that are this close vote for the same camera."""
+
+COPY_ROTATION_DEG = 8.0
+COPY_SHIFT_MM = np.array([6.0, 6.0, 30.0])
+"""Size of the perturbations: the distance along the axis is known worst."""
+
+
+@dataclass(frozen=True)
+class Density:
+    """How densely cameras are tried at first: distance of neighbouring directions and turns (degrees), ratio of
+    neighbouring distances, and how many of the best are refined.
+    """
+
+    direction_deg: float
+    roll_deg: float
+    depth_ratio: float
+    kept: int
+
+
+USUAL = Density(8.0, 9.0, 1.12, 100)
+DENSE = Density(6.0, 7.0, 1.09, 250)
+"""For a second look when the first found nothing convincing."""
+
+CONSIDERED = 30
+"""Candidates per refined one among which different ones are chosen."""
+
 FIRST_APART_MM = 8.0
 STAGES = (
     Stage(Level(8.0, 60.0, 10), 16, 4.0),
@@ -94,6 +128,7 @@ def find_cameras(
     backend: Backend,
     monitor: Monitor,
     stage: str,
+    densities: Sequence[Density] = (USUAL, DENSE),
     stages: Sequence[Stage] = STAGES,
 ) -> list[Hypothesis]:
     """Cameras that explain an X-ray, best first, clearly different from each other.
@@ -105,6 +140,7 @@ def find_cameras(
         backend: renders.
         monitor: is told about the progress, and may stop the search with CancelledError.
         stage: name in the progress.
+        densities: of the cameras tried at first; the next one only when the one before found nothing convincing.
         stages: of the refinement.
 
     Returns:
@@ -113,27 +149,64 @@ def find_cameras(
     """
     quiet = _Quiet(monitor, stage)
     points = anchor_points(scene.bodies(SIZE_MM)[scene.anchor], 300)
-    cameras = _coarse(scene, measured, searched, points, backend, quiet)
     found: list[Hypothesis] = []
-    for number, step in enumerate(stages):
-        found = []
-        for n, camera in enumerate(cameras):
-            quiet.share = 0.5 + 0.5 * (number + n / len(cameras)) / len(stages)
-            placed = Measured(measured.image, measured.mask, camera)
-            refined = find_camera(scene, placed, [step.level], backend, quiet, stage)
-            judged = Measured(measured.image, measured.mask, refined)
-            found.append(judge_camera(scene, judged, step.level, points, backend))
-        worth = np.array([hypothesis.worth for hypothesis in found])
-        kept = distinct([hypothesis.camera for hypothesis in found], worth, points, step.apart_mm, step.keep)
-        found = [found[n] for n in kept]
-        cameras = [hypothesis.camera for hypothesis in found]
+    for round_number, density in enumerate(densities):
+        quiet.start_round(round_number, len(densities))
+        cameras = _coarse(scene, measured, searched, density, points, backend, quiet)
+        again = _refined(scene, measured, cameras, stages, points, backend, quiet)
+        found = merged([*found, *again], points, stages[-1].apart_mm, stages[-1].keep, SAME_MM)
+        if found and not doubts(found):
+            break
     return found
+
+
+def _refined(
+    scene: Scene,
+    measured: Measured,
+    cameras: Sequence[Camera],
+    stages: Sequence[Stage],
+    points: np.ndarray,
+    backend: Backend,
+    quiet: _Quiet,
+) -> list[Hypothesis]:
+    """Cameras refined level by level, fewer at each, perturbed copies of the best among them."""
+    rng = np.random.default_rng(0)
+    found = [Hypothesis(camera, 0.0, 1.0) for camera in cameras]
+    for number, step in enumerate(stages):
+        if step.copies:
+            found = [replace(hypothesis, votes=1) for hypothesis in found]
+            best = [hypothesis.camera for hypothesis in found[:2] for _ in range(step.copies)]
+            found += [Hypothesis(_copy(camera, scene.anchor_centre, rng), 0.0, 1.0) for camera in best]
+        judged = []
+        for n, start in enumerate(found):
+            quiet.share = 0.5 + 0.5 * (number + n / len(found)) / len(stages)
+            placed = Measured(measured.image, measured.mask, start.camera)
+            camera = find_camera(scene, placed, [step.level], backend, quiet, quiet.stage)
+            placed = Measured(measured.image, measured.mask, camera)
+            judgement = judge_camera(scene, placed, step.level, points, backend)
+            judged.append(replace(judgement, votes=start.votes))
+        found = merged(judged, points, step.apart_mm, step.keep, SAME_MM)
+    return found
+
+
+def _copy(camera: Camera, centre: np.ndarray, rng: np.random.Generator) -> Camera:
+    """The camera turned and shifted at random, with ``centre`` (3,) LPS mm as the pivot."""
+    axis = rng.normal(size=3)
+    angle = np.radians(COPY_ROTATION_DEG) * np.cbrt(rng.uniform())
+    extrinsic = camera.extrinsic.copy()
+    middle = extrinsic[:3, :3] @ centre + extrinsic[:3, 3]
+    extrinsic[:3, :3] = (
+        Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix() @ extrinsic[:3, :3]
+    )
+    extrinsic[:3, 3] = middle + rng.uniform(-1, 1, 3) * COPY_SHIFT_MM - extrinsic[:3, :3] @ centre
+    return camera.with_extrinsic(extrinsic)
 
 
 def _coarse(
     scene: Scene,
     measured: Measured,
     searched: SearchRange,
+    density: Density,
     points: np.ndarray,
     backend: Backend,
     quiet: _Quiet,
@@ -142,40 +215,50 @@ def _coarse(
     grid = view_grid(
         searched.centres,
         np.radians(searched.radius_deg),
-        np.radians(DIRECTION_SPACING_DEG),
-        np.radians(ROLL_SPACING_DEG),
+        np.radians(density.direction_deg),
+        np.radians(density.roll_deg),
     )
     least, largest = searched.depths_mm
     depths = np.geomspace(
-        least, largest, 1 + max(1, int(np.ceil(np.log(largest / least) / np.log(DEPTH_RATIO))))
+        least, largest, 1 + max(1, int(np.ceil(np.log(largest / least) / np.log(density.depth_ratio))))
     )
     search = CoarseSearch(scene, measured, grid, depths, backend)
-    extrinsics, worth = [], []
+    found: list[Candidates] = []
     for z, depth in enumerate(depths):
-        matcher, half = search.matcher(depth)
+        matcher = search.matcher(depth)
         for d in range(len(grid.rotations)):
             quiet.step_to(0.5 * (z + d / len(grid.rotations)) / len(depths))
-            found = search.run(depth, d, matcher, half)
-            extrinsics.append(found.extrinsics)
-            worth.append(found.worth)
-    extrinsics, worth = np.concatenate(extrinsics), np.concatenate(worth)
-    best = np.argsort(-worth, kind="stable")[: 30 * FIRST_KEPT]
+            found.append(search.run(depth, d, matcher))
+    worth = np.concatenate([each.worth for each in found])
+    owner = np.repeat(np.arange(len(found)), [len(each.worth) for each in found])
+    number = np.concatenate([np.arange(len(each.worth)) for each in found])
+    best = np.argsort(-worth, kind="stable")[: CONSIDERED * density.kept]
     best = best[worth[best] > 0]
-    cameras = [measured.camera.with_extrinsic(extrinsics[n]) for n in best]
-    return [cameras[n] for n in distinct(cameras, worth[best], points[::10], FIRST_APART_MM, FIRST_KEPT)]
+    cameras = [
+        measured.camera.with_extrinsic(search.extrinsic(found[owner[n]], int(number[n]))) for n in best
+    ]
+    return [cameras[n] for n in distinct(cameras, worth[best], points[::10], FIRST_APART_MM, density.kept)]
 
 
 class _Quiet:
     """Stands in for the monitor within the refinement: passes on how far the whole search is, and nothing else."""
 
-    PARTS = 100
+    PARTS = 200
 
     def __init__(self, monitor: Monitor, stage: str) -> None:
         self.monitor, self.stage, self.share = monitor, stage, 0.0
+        self.base, self.scale = 0.0, 1.0
+
+    def start_round(self, number: int, of: int) -> None:
+        """Rounds share the progress evenly; the last ones are often not needed."""
+        self.base, self.scale, self.share = number / of, 1 / of, 0.0
 
     def step(self, *_: object, **__: object) -> None:
-        self.monitor.step(self.stage, int(self.share * self.PARTS), self.PARTS, None)
+        """What the refinement calls after each of its iterations."""
+        done = self.base + self.scale * self.share
+        self.monitor.step(self.stage, int(done * self.PARTS), self.PARTS, None)
 
     def step_to(self, share: float) -> None:
+        """Report a share (0 to 1) of this round."""
         self.share = share
         self.step()
