@@ -89,7 +89,7 @@ class Study:
             entries = [
                 {
                     name: study_paths.resolve(value, f'xrays"[{number}]."{name}', folder, allow_outside)
-                    if name in ("image", "mask") and value is not None
+                    if name in ("image", "mask", "calibration") and value is not None
                     else value
                     for name, value in xray.items()
                 }

@@ -16,6 +16,9 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import require_intrinsics, require_rigid
 from PolyPoseLib.geometry.carm import with_isocenter
 from PolyPoseLib.imaging import xray_dicom, xray_plain, xray_values
+from PolyPoseLib.imaging.calibration import undistorted
+from PolyPoseLib.imaging.landmarks import Landmarks
+from PolyPoseLib.imaging.xray_calibration import with_calibration
 from PolyPoseLib.imaging.xray_fields import CAMERA_STATES, FIELDS, XrayFields
 from PolyPoseLib.imaging.xray_geometry import Detector, detector_of
 from PolyPoseLib.imaging.xray_notes import Notes
@@ -44,6 +47,8 @@ class Xray:
         isocenter: (3,) LPS mm, the point that a guess from DICOM puts at the isocentre; None for other
             extrinsics.
         table_mm: (3,) LPS mm, how far the table had carried the patient, from the file's own zero; or None.
+        standard_view: one of geometry.standard_views.STANDARD_VIEWS, or None.
+        landmarks: points with pixels of `image`, or None.
 
     Raises:
         InputError: from the constructor, when a shape or a rule is broken.
@@ -64,6 +69,8 @@ class Xray:
     mirrored: bool = False
     isocenter: tuple[float, float, float] | None = None
     table_mm: tuple[float, float, float] | None = None
+    standard_view: str | None = None
+    landmarks: Landmarks | None = None
 
     def __post_init__(self) -> None:
         """Validate, and fix the types."""
@@ -156,6 +163,8 @@ def read_xray(
     frame = given.frame if frame is None else frame
     if not path.is_file():
         raise InputError(f"{path} is not a file; give the path of one X-ray image.")
+    folder = Path(folder) if folder else xray_values.study_folder(path, fields or {})
+    given, distortion = with_calibration(given, folder, notes)
     tags = None
     if xray_plain.ending_of(path):
         pixels = xray_values.values_of_plain(path, frame, given, notes)
@@ -163,12 +172,13 @@ def read_xray(
         tags, pixels = _read_dicom(path, frame, given, notes)
     mask = pixels.mask
     if given.mask is not None:
-        folder = folder or xray_values.study_folder(path, fields or {})
         mask = mask & xray_values.read_mask(given.mask, folder, mask.shape, notes)
         if not mask.any():
             raise InputError(f'{notes.where}: the "mask" and the shutter leave no pixels; correct the mask.')
     detector = detector_of(tags, given, mask.shape, notes)
     image = pixels.line_integrals(mask, notes)
+    if distortion:
+        image, mask = undistorted(image, mask, detector.intrinsics, distortion)
     pose, mirrored = _pose(tags, given, detector, isocenter, notes)
     return _assemble(image, mask, detector, given, pose, mirrored, path, notes)
 
@@ -262,4 +272,8 @@ def _assemble(
         mirrored=mirrored,
         isocenter=pose.isocenter if pose else None,
         table_mm=pose.table_mm if pose else None,
+        standard_view=given.standard_view,
+        landmarks=given.landmarks.mirrored(image.shape[1])
+        if given.landmarks and mirrored
+        else given.landmarks,
     )

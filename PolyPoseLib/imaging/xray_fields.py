@@ -13,9 +13,12 @@ import numpy as np
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import require_intrinsics, require_rigid
 from PolyPoseLib.geometry.carm import PATIENT_POSITIONS
+from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS
+from PolyPoseLib.imaging.landmarks import Landmarks, parse_landmarks
 from PolyPoseLib.imaging.xray_intensity import INTENSITIES
 
 CAMERA_STATES = ("known", "initial", "absent")
+CALIBRATION_FRAMES = ("own", "ct")
 
 DISTANCE_RANGE_MM = (50.0, 20000.0)
 SPACING_RANGE_MM = (0.005, 10.0)
@@ -44,6 +47,11 @@ class XrayFields:
         primary_angle_deg: positive toward LAO.
         secondary_angle_deg: positive toward CRA.
         patient_position: "HFS" and so on, how the patient lay under a stand with these angles.
+        standard_view: one of STANDARD_VIEWS, around which the camera is searched.
+        landmarks: points in the CT and in the file's own pixels, from which the camera is computed.
+        calibration: path of a calibrated camera (imaging.calibration); a Path is taken as it is.
+        calibration_frame: "ct" when its rotation and translation start from the CT's LPS mm, "own" (the default)
+            when they start from the calibration's world.
 
     """
 
@@ -64,6 +72,10 @@ class XrayFields:
     primary_angle_deg: float | None = None
     secondary_angle_deg: float | None = None
     patient_position: str | None = None
+    standard_view: str | None = None
+    landmarks: Landmarks | None = None
+    calibration: str | Path | None = None
+    calibration_frame: str | None = None
 
     @staticmethod
     def parse(entry: Mapping[str, Any], where: str) -> XrayFields:
@@ -97,6 +109,10 @@ class XrayFields:
             primary_angle_deg=reader.number("primary_angle_deg", (-180, 180), "degrees, LAO positive"),
             secondary_angle_deg=reader.number("secondary_angle_deg", (-90, 90), "degrees, CRA positive"),
             patient_position=reader.choice("patient_position", PATIENT_POSITIONS),
+            standard_view=reader.choice("standard_view", tuple(STANDARD_VIEWS)),
+            landmarks=parse_landmarks(reader.get("landmarks"), where),
+            calibration=reader.path("calibration"),
+            calibration_frame=reader.choice("calibration_frame", CALIBRATION_FRAMES),
         )
 
 
@@ -128,7 +144,7 @@ class _Reader:
     def path(self, key: str) -> str | Path | None:
         value = self.get(key)
         if value is not None and not (isinstance(value, str | Path) and str(value).strip()):
-            raise self.fail(key, "the path of an image file")
+            raise self.fail(key, "the path of a file")
         return value
 
     def choice(self, key: str, choices: Sequence[str]) -> str | None:
