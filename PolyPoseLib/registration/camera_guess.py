@@ -7,15 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from PolyPoseLib.errors import UntrustedResultError
+from PolyPoseLib.errors import InputError, UntrustedResultError
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.pnp import PnpSolution, camera_from_landmarks
 from PolyPoseLib.imaging.xray import Xray
 from PolyPoseLib.registration.hypotheses import Hypothesis, doubts
 from PolyPoseLib.registration.levels import Measured
 from PolyPoseLib.registration.monitor import Monitor
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.registration.search import SearchRange, find_cameras
+from PolyPoseLib.registration.search import DENSE, USUAL, SearchRange, find_cameras
 from PolyPoseLib.rendering.backend import Backend
+
+METHODS = ("auto", "dicom", "landmarks", "search")
+"""Ways to a first camera; auto takes the first that applies: what is given, landmarks, DICOM, search."""
 
 GIVEN_RADIUS = (5.0, 20.0)
 """Degrees and mm within which an extrinsic that a study gives as a guess is taken to be true."""
@@ -23,14 +27,20 @@ GIVEN_RADIUS = (5.0, 20.0)
 SEARCHED_RADIUS = (2.0, 10.0)
 """Degrees and mm within which a camera that was found by search is true, if the right one was found at all."""
 
+LANDMARK_RADIUS = (12.0, 60.0)
+"""Degrees and mm; landmarks that leave more open are not believed."""
+
+LANDMARK_RMS_MM = 5.0
+"""Reprojection error of landmarks beyond which they are not believed."""
+
 
 @dataclass(frozen=True)
 class Guess:
     """A camera before stage A.
 
     camera: where to start; sure: whether it may be believed without a look; radius: (degrees, mm) within which the
-    truth is expected; how: one line for people; warnings: what is doubtful, one line each; similarity,
-    runner_up: local correlation of the best hypothesis and of the best one that is clearly another view, when searched.
+    truth is expected; how: one line for people; warnings: what is doubtful, one line each; similarity, runner_up: local
+    correlation of the best hypothesis and of the best one that is clearly another view, when searched.
     """
 
     camera: Camera
@@ -42,64 +52,109 @@ class Guess:
     runner_up: float | None = None
 
 
-def initial_camera(scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str) -> Guess:
+def initial_camera(
+    scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str, method: str = "auto"
+) -> Guess:
     """A camera for an X-ray whose camera is not known, from which stage A can start.
 
-    An extrinsic in the study is taken as it is; one guessed from DICOM is the centre of a search within its own
-    radius; without either, the camera is searched for.
+    Args:
+        scene: the CT with its anchor.
+        xray: with what is known about its camera.
+        backend: renders.
+        monitor: progress and cancelling.
+        stage: name in the progress.
+        method: one of METHODS; "dicom" searches within the radius of DICOM's guess.
 
     Raises:
+        InputError: the method does not apply to this X-ray, or its landmarks are wrong.
         UntrustedResultError: no camera that was tried shows the anchor.
 
     """
-    if xray.extrinsic is not None and xray.initial_radius is None:
+    guessed = xray.extrinsic is not None and xray.initial_radius is not None
+    if method not in METHODS:
+        raise InputError(f"The method is {method!r}: give one of {', '.join(METHODS)}.")
+    if method == "dicom" and not guessed:
+        raise InputError(
+            f'X-ray "{xray.name}": no guess follows from its DICOM attributes; choose another method.'
+        )
+    if method == "landmarks" and xray.landmarks is None:
+        raise InputError(
+            f'X-ray "{xray.name}": it has no "landmarks"; add four pairs or choose another method.'
+        )
+    if method == "auto" and xray.extrinsic is not None and not guessed:
         camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)
         return Guess(camera, True, GIVEN_RADIUS, "the guess given in the study")
+    if method == "landmarks" or (method == "auto" and xray.landmarks is not None):
+        return landmark_camera(scene, xray, backend, monitor, stage)
+    if guessed and method != "search":
+        return _around_dicom(scene, xray, backend, monitor, stage, fall_back=method == "auto")
     return searched_camera(scene, xray, backend, monitor, stage)
 
 
-def searched_camera(
-    scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str, view: str | None = None
-) -> Guess:
-    """Search around DICOM's guess when there is one, else around a standard view, or around all of them."""
-    start = Camera(
-        xray.intrinsics, np.eye(4) if xray.extrinsic is None else xray.extrinsic, *xray.image.shape
-    )
-    distance = xray.source_to_detector_mm
-    if view is None and xray.extrinsic is not None and xray.initial_radius is not None:
-        placed = _on_anchor(xray, scene)
-        start = start.with_extrinsic(placed.extrinsic)
-        searched = SearchRange.around_camera(start, scene.anchor_centre, xray.initial_radius, distance)
-        how = "searched around the guess from DICOM"
-    else:
-        searched = SearchRange.around_view(view, distance)
-        how = f"searched around {view}" if view else "searched in all directions"
-    measured = Measured(xray.image, xray.mask, start)
-    found = find_cameras(scene, measured, searched, backend, monitor, stage)
-    if not found:
-        raise UntrustedResultError(
-            f'The camera of X-ray "{xray.name}" was not found: no view that was tried shows the anchor; give its '
-            '"extrinsic", "landmarks" or "standard_view".'
+def landmark_camera(scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str) -> Guess:
+    """The camera that landmarks give; where they leave too much open, the best one within their radius."""
+    landmarks = xray.landmarks
+    detector = Camera(xray.intrinsics, np.eye(4), *xray.image.shape)
+    name = f'X-ray "{xray.name}": "landmarks"'
+    found = camera_from_landmarks(landmarks.points, landmarks.pixels, detector, name)
+    used = f"{int(found.inliers.sum())} of {len(found.inliers)} landmarks, {found.rms_mm:.1f} mm off"
+    said = _landmark_doubts(found)
+    radius = tuple(max(own, least) for own, least in zip(found.radius, (1.0, 5.0), strict=True))
+    if not said and (radius[0] > GIVEN_RADIUS[0] or radius[1] > GIVEN_RADIUS[1]):
+        searched = SearchRange.around_camera(
+            found.camera, scene.anchor_centre, radius, xray.source_to_detector_mm
         )
+        measured = Measured(xray.image, xray.mask, found.camera)
+        hypotheses = find_cameras(scene, measured, searched, backend, monitor, stage)
+        return judged_guess(hypotheses, f"{used}, then searched", xray.name)
+    warnings = (f'The camera of X-ray "{xray.name}" is doubtful: {"; ".join(said)}.',) if said else ()
+    return Guess(found.camera, not said, radius, used, (*warnings, *_outliers(found, xray.name)))
+
+
+def searched_camera(scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str) -> Guess:
+    """Search around the X-ray's standard view, or in all directions when it has none."""
+    view = xray.standard_view
+    searched = SearchRange.around_view(view, xray.source_to_detector_mm)
+    how = f"searched around {view}" if view else "searched in all directions"
+    start = Camera(xray.intrinsics, np.eye(4), *xray.image.shape)
+    measured = Measured(xray.image, xray.mask, start)
+    densities = (USUAL, DENSE) if view else (USUAL,)
+    found = find_cameras(scene, measured, searched, backend, monitor, stage, densities)
     return judged_guess(found, how, xray.name)
 
 
 def judged_guess(found: Sequence[Hypothesis], how: str, name: str) -> Guess:
-    """The best of several hypotheses with its doubts."""
+    """The best of several hypotheses with its doubts; raises UntrustedResultError when there is none."""
+    if not found:
+        raise UntrustedResultError(
+            f'The camera of X-ray "{name}" was not found: no view that was tried shows the anchor; give its '
+            '"extrinsic", "landmarks" or "standard_view".'
+        )
     best = found[0]
     second = max((other.similarity for other in found[1:]), default=None)
     said = doubts(found)
-    warnings = (
-        (
-            f'The camera of X-ray "{name}" is doubtful: {"; ".join(said)}; look at it, or give its "landmarks" or '
-            '"standard_view".',
-        )
-        if said
-        else ()
-    )
+    mend = 'look at it, or give its "landmarks" or "standard_view"'
+    warnings = (f'The camera of X-ray "{name}" is doubtful: {"; ".join(said)}; {mend}.',) if said else ()
     runner = "" if second is None else f", the next best {second:.2f}"
     how = f"{how}: similarity {best.similarity:.2f}{runner}"
     return Guess(best.camera, not said, SEARCHED_RADIUS, how, warnings, best.similarity, second)
+
+
+def _around_dicom(
+    scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str, fall_back: bool
+) -> Guess:
+    """The best camera within the radius of DICOM's guess; when it is doubtful, perhaps a better one elsewhere."""
+    placed = _on_anchor(xray, scene)
+    start = Camera(xray.intrinsics, placed.extrinsic, *xray.image.shape)
+    radius = xray.initial_radius or GIVEN_RADIUS
+    searched = SearchRange.around_camera(start, scene.anchor_centre, radius, xray.source_to_detector_mm)
+    measured = Measured(xray.image, xray.mask, start)
+    found = find_cameras(scene, measured, searched, backend, monitor, stage)
+    if fall_back and (not found or doubts(found)):
+        elsewhere = searched_camera(scene, xray, backend, monitor, stage)
+        if not found or (elsewhere.similarity or 0.0) > found[0].similarity:
+            return elsewhere
+    return judged_guess(found, "searched around the guess from DICOM", xray.name)
 
 
 def _on_anchor(xray: Xray, scene: Scene) -> Xray:
@@ -107,3 +162,25 @@ def _on_anchor(xray: Xray, scene: Scene) -> Xray:
     if xray.isocenter is not None and not np.any(xray.isocenter):
         return xray.placed_at(scene.anchor_centre)
     return xray
+
+
+def _landmark_doubts(found: PnpSolution) -> list[str]:
+    """What speaks against a camera from landmarks."""
+    said = []
+    if found.rms_mm > LANDMARK_RMS_MM:
+        said.append(f"its landmarks are {found.rms_mm:.1f} mm off")
+    if found.radius[0] > LANDMARK_RADIUS[0] or found.radius[1] > LANDMARK_RADIUS[1]:
+        said.append(
+            f"its landmarks leave {found.radius[0]:.0f} degrees and {found.radius[1]:.0f} mm open; add some"
+        )
+    if 2 * int(found.inliers.sum()) < len(found.inliers):
+        said.append("most of its landmarks do not agree with it")
+    if found.ambiguous_mm is not None and found.ambiguous_mm < 2 * found.rms_mm + 1:
+        said.append("another view suits its landmarks as well; add one away from their plane")
+    return said
+
+
+def _outliers(found: PnpSolution, name: str) -> tuple[str, ...]:
+    """One line that names the landmarks that were left out."""
+    out = [f"{n} ({found.errors_mm[n]:.0f} mm)" for n in np.flatnonzero(~found.inliers)]
+    return (f'X-ray "{name}": left out the landmarks {", ".join(out)}, counted from 0.',) if out else ()

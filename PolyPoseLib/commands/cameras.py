@@ -1,0 +1,151 @@
+"""Subcommand cameras: find a first camera for every X-ray of a study and write it into the study."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import os
+import uuid
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from PolyPoseLib.commands._arguments import add_options, add_progress, merged_options, new_parser
+from PolyPoseLib.commands._console import progress_display, table
+from PolyPoseLib.errors import InputError, UntrustedResultError
+
+if TYPE_CHECKING:
+    from PolyPoseLib.registration.camera_guess import Guess
+    from PolyPoseLib.study import Study
+
+_LOG = logging.getLogger(__name__)
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = new_parser(
+        subparsers,
+        "cameras",
+        "find the camera of every X-ray that has none and write it into the study",
+        "python -m PolyPoseLib cameras case/study.json --method search",
+    )
+    parser.add_argument("study", type=Path, help="the study's JSON file")
+    parser.add_argument(
+        "--method",
+        choices=("auto", "dicom", "landmarks", "search"),
+        default="auto",
+        help="auto: landmarks, else DICOM, else search (default: auto)",
+    )
+    parser.add_argument(
+        "--output", type=Path, metavar="FILE", help="write here, in the study's folder, instead of into STUDY"
+    )
+    parser.add_argument("--again", action="store_true", help="also where the study gives a guess already")
+    parser.add_argument(
+        "--keep-doubtful",
+        action="store_true",
+        help="write cameras that are not sure, too; the exit status stays 3",
+    )
+    parser.add_argument(
+        "--allow-outside", action="store_true", help="read files outside the study's folder if it names them"
+    )
+    add_options(parser)
+    add_progress(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Find and write; raises UntrustedResultError after writing when a camera is not sure."""
+    from PolyPoseLib import study_schema
+    from PolyPoseLib.study import Study
+
+    output = arguments.output or arguments.study
+    if output.resolve().parent != arguments.study.resolve().parent:
+        raise InputError(f"{output}: the study's paths start from its folder: choose a file in that folder.")
+    fields = study_schema.read(arguments.study)
+    study = Study.load(arguments.study, allow_outside=arguments.allow_outside)
+    wanted = [
+        n
+        for n, (entry, xray) in enumerate(zip(fields["xrays"], study.xrays, strict=True))
+        if xray.camera != "known" and (arguments.again or entry.get("extrinsic") is None)
+    ]
+    if not wanted:
+        _LOG.info("Every X-ray has a camera already; add --again to look for them anew.")
+        return 0
+    guesses = _find(study, wanted, arguments)
+    for number, guess in guesses.items():
+        if guess.sure or arguments.keep_doubtful:
+            _enter(fields["xrays"][number], guess, study.xrays[number].mirrored)
+    write_study(fields, output)
+    if arguments.progress != "json":
+        print(camera_table(study, guesses))
+    doubtful = [study.xrays[n].name or str(n + 1) for n, guess in guesses.items() if not guess.sure]
+    if doubtful:
+        kept = "written all the same" if arguments.keep_doubtful else "not written"
+        raise UntrustedResultError(
+            f'The camera of {", ".join(doubtful)} is doubtful and was {kept}: give "landmarks" or "standard_view", or '
+            "look at it."
+        )
+    return 0
+
+
+def camera_table(study: Study, guesses: dict[int, Guess]) -> str:
+    """What was found, for people."""
+    rows = [
+        (
+            study.xrays[n].name or f"X-ray {n + 1}",
+            "yes" if guess.sure else "no",
+            f"{guess.radius[0]:.0f} deg, {guess.radius[1]:.0f} mm",
+            guess.how,
+        )
+        for n, guess in guesses.items()
+    ]
+    return table(("X-ray", "sure", "within", "how"), rows)
+
+
+def write_study(fields: dict[str, Any], path: Path) -> None:
+    """Write a study file whole or not at all; raises InputError when the system refuses."""
+    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}")
+    try:
+        temporary.write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
+        os.replace(temporary, path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise InputError(f"{path}: cannot be written ({error.strerror}): choose another --output.") from error
+
+
+def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dict[int, Guess]:
+    """Guesses for the X-rays ``wanted``, by number."""
+    from PolyPoseLib.options import Options
+    from PolyPoseLib.registration.camera_guess import initial_camera
+    from PolyPoseLib.registration.monitor import Monitor
+    from PolyPoseLib.registration.pipeline import resolve_device
+    from PolyPoseLib.registration.scene import Scene
+    from PolyPoseLib.rendering.backend import select_backend
+
+    options = Options.from_dict(merged_options(study.options, arguments))
+    backend = select_backend(options.kernel, resolve_device(options.device), options.threads)
+    display = progress_display(arguments.progress)
+    monitor = Monitor(display, None)
+    guesses = {}
+    try:
+        scene = Scene(study.ct, study.structures, study.anchor)
+        for n in wanted:
+            xray = study.xrays[n]
+            stage = f"camera {xray.name or n + 1}"
+            method = arguments.method
+            if method == "auto" and arguments.again and xray.initial_radius is None:
+                method = "landmarks" if xray.landmarks is not None else "search"
+            guesses[n] = initial_camera(scene, xray, backend, monitor, stage, method)
+            monitor.step(stage, 1, 1, guesses[n].similarity)
+            for warning in guesses[n].warnings:
+                _LOG.warning(warning)
+    finally:
+        display.close()
+    return guesses
+
+
+def _enter(entry: dict[str, Any], guess: Guess, mirrored: bool) -> None:
+    """Put a camera into an X-ray's entry; the extrinsic belongs to the view from the source."""
+    entry["extrinsic"] = guess.camera.extrinsic.tolist()
+    entry["camera"] = "initial"
+    entry["mirrored"] = mirrored
