@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from registration_case import HEAD, phantom
+from phantom_study import HEAD, phantom
 
 from PolyPoseLib.registration.articulations import ArticulationPrior, find_articulations
 from PolyPoseLib.registration.restarts import chain_from_anchor

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from registration_case import case, study
+from phantom_study import case, study
 
 from PolyPoseLib.errors import CancelledError
 from PolyPoseLib.evaluation.score import score_result

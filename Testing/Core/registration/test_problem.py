@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from registration_case import phantom
+from phantom_study import phantom
 
 from PolyPoseLib.evaluation.simulate import view_cameras
 from PolyPoseLib.registration.articulations import ArticulationPrior
