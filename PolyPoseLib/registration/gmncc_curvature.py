@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import avg_pool2d, max_pool2d, pad
 
+from PolyPoseLib.registration.torch_threads import one_torch_thread
 from PolyPoseLib.similarity import PATCH_FLOOR
 
 
@@ -21,15 +22,21 @@ def gmncc_curvature(image: np.ndarray, mask: np.ndarray, jacobian: np.ndarray) -
 
     image: (H, W) rendering; mask: (H, W) bool, True = use; jacobian: (P, H, W) its derivative.
     """
-    use = torch.as_tensor(mask)
-    picture, slopes = torch.as_tensor(image).double(), torch.as_tensor(jacobian).double()
+    with one_torch_thread():
+        use = torch.as_tensor(mask)
+        picture, slopes = torch.as_tensor(image).double(), torch.as_tensor(jacobian).double()
+        return (0.25 * _curvature(picture, slopes, use)).numpy()
+
+
+def _curvature(picture: Tensor, slopes: Tensor, use: Tensor) -> Tensor:
+    """Sum of the four correlations' curvatures."""
     picture, slopes = _standardised(picture, slopes, use)
     inside = max_pool2d((~use).double()[None, None], 3, stride=1)[0, 0] == 0
     total = _whole(picture, slopes, use) + _patches(picture, slopes, use, 9)
     for derivative in (_across, _down):
         part, change = _standardised(derivative(picture), derivative(slopes), inside)
         total = total + _patches(part, change, inside, 11)
-    return (0.25 * total).numpy()
+    return total
 
 
 def _standardised(picture: Tensor, slopes: Tensor, use: Tensor) -> tuple[Tensor, Tensor]:
@@ -52,11 +59,11 @@ def _whole(picture: Tensor, slopes: Tensor, use: Tensor) -> Tensor:
 
 def _patches(picture: Tensor, slopes: Tensor, use: Tensor, size: int) -> Tensor:
     """Curvature of the mean over patches of size x size pixels."""
-    share = avg_pool2d(use.double()[None, None], size, stride=1)[0, 0]
+    share = _box(use.double()[None], size)[0]
     safe = share.clamp(min=1e-3 / size**2)
 
     def mean(images: Tensor) -> Tensor:
-        return avg_pool2d(images[:, None], size, stride=1)[:, 0] / safe
+        return _box(images, size) / safe
 
     moments = mean(torch.stack([picture, picture * picture]))
     variance = (moments[1] - moments[0] ** 2).clamp(min=0)
@@ -64,13 +71,20 @@ def _patches(picture: Tensor, slopes: Tensor, use: Tensor, size: int) -> Tensor:
     weight = share / share.sum().clamp(min=1e-12)
     slope_mean = mean(slopes)
     along = mean(slopes * picture) - moments[0] * slope_mean
-    spread = pad((weight / squared / safe)[None, None], [size - 1] * 4)
-    by_pixel = avg_pool2d(spread, size, stride=1)[0, 0]
+    spread = pad((weight / squared / safe)[None], [size - 1] * 4)
+    by_pixel = _box(spread, size)[0]
     return (
         _gram(slopes, by_pixel)
         - _gram(slope_mean, weight / squared)
         + _gram(along, weight * (variance / squared - 2) / squared**2)
     )
+
+
+def _box(images: Tensor, size: int) -> Tensor:
+    """Means over patches of size x size pixels of (P, H, W) images."""
+    for kernel in ((size, 1), (1, size)):
+        images = avg_pool2d(images[:, None], kernel, stride=1)[:, 0]
+    return images
 
 
 def _gram(images: Tensor, weight: Tensor) -> Tensor:

@@ -1,0 +1,109 @@
+"""The speed benchmark's tables in Markdown."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def write_tables(results: dict, path: Path) -> None:
+    """Write every part that there are results of, and the machine."""
+    parts = ["# Speed\n"]
+    for name, write in WRITERS.items():
+        if name in results:
+            parts += write(results[name])
+    parts += ["## Measured on\n", *(f"- {key}: {value}" for key, value in results["machine"].items()), ""]
+    path.write_text("\n".join(parts))
+
+
+def _table(head: list[str], rows: list[list[str]]) -> list[str]:
+    return [
+        "| " + " | ".join(head) + " |",
+        "| " + " | ".join("---" for _ in head) + " |",
+        *("| " + " | ".join(row) + " |" for row in rows),
+        "",
+    ]
+
+
+def _projector(times: dict) -> list[str]:
+    best = next(iter(times.values()))["median"]
+    rows = [
+        [name, f"{1e3 * t['median']:.1f}", f"{t['median'] / best:.1f}", f"{t['relative_l2']:.1e}"]
+        for name, t in times.items()
+    ]
+    return [
+        "## One rendering of the pelvis, samples 2 mm apart\n",
+        *_table(["renderer", "ms", "times the first", "relative L2 to samples 0.25 mm apart"], rows),
+    ]
+
+
+def _iteration(found: dict) -> list[str]:
+    times = found["times"]
+    best = next(iter(times.values()))["median"]
+    rows = [[name, f"{1e3 * t['median']:.0f}", f"{t['median'] / best:.2f}"] for name, t in times.items()]
+    head = (
+        "## One joint iteration: 2 views, 6 structures, voxels and steps of 2 mm, value and all derivatives\n"
+    )
+    note = f"{found['samples']} ray samples; the official way warps {found['voxels']} voxels."
+    if "relative_l2" in found["agreement"]:
+        note += f" Its renderings differ by {found['agreement']['relative_l2']:.1e} (relative L2)."
+    return [head, *_table(["", "ms", "times the first"], rows), note + "\n"]
+
+
+def _registration(rows: dict) -> list[str]:
+    lines = []
+    for preset, row in rows.items():
+        summary = row.get("summary", {})
+        lines.append(
+            [
+                preset,
+                f"{row['wall_seconds']:.1f}",
+                f"{row['peak_memory_mib']:.0f}",
+                f"{summary['mean_tre_mm']:.2f}" if summary else f"failed ({row['exit_status']})",
+                f"{summary['worst_tre_mm']:.2f}" if summary else "",
+            ]
+        )
+    head = ["preset", "seconds", "peak MiB", "mean TRE mm", "worst TRE mm"]
+    return [
+        "## Whole registrations of the simulated pelvis, 2 views 30 degrees apart\n",
+        *_table(head, lines),
+    ]
+
+
+def _scaling(found: dict) -> list[str]:
+    rows = [
+        [
+            row["factor"],
+            *(str(row[name]) for name in ("views", "pixels", "structures", "voxels")),
+            f"{1e3 * row['paper']:.0f}",
+            f"{1e3 * row['default']:.0f}",
+        ]
+        for row in found["rows"]
+    ]
+    fits = [
+        [factor, f"{fit['paper']:.2f}", f"{fit['default']:.2f}"] for factor, fit in found["exponents"].items()
+    ]
+    return [
+        "## One iteration against the size of the problem (phantom of 320 mm, steps of 2 mm)\n",
+        "Pixels and voxels are counted along one side.\n",
+        *_table(["varied", "views", "pixels", "structures", "voxels", "paper ms", "default ms"], rows),
+        "Fitted exponents:\n",
+        *_table(["", "paper", "default"], fits),
+    ]
+
+
+def _memory(found: dict) -> list[str]:
+    shape = " x ".join(str(n) for n in reversed(found["shape"]))
+    return [
+        "## Memory\n",
+        f"The paper's iteration, {found['structures']} structures on a CT of {shape}, 2 views of 200 x 200: peak "
+        f"{found['peak_mib']:.0f} MiB, {found['seconds']:.1f} s an iteration.\n",
+    ]
+
+
+WRITERS = {
+    "projector": _projector,
+    "iteration": _iteration,
+    "registration": _registration,
+    "scaling": _scaling,
+    "memory": _memory,
+}
