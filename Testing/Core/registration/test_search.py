@@ -92,7 +92,8 @@ def test_landmarks_win_over_search(simulated, scene, points):
 
 def test_contradicting_landmarks_are_an_error(simulated, scene, points):
     rng = np.random.default_rng(0)
-    landmarks = Landmarks(points[:6], rng.uniform(0, 119, (6, 2)))
+    some = points[:: len(points) // 6]
+    landmarks = Landmarks(some, rng.uniform(0, 119, (len(some), 2)))
     with pytest.raises(InputError, match="landmarks"):
         initial_camera(
             scene, xray(simulated, 1, landmarks=landmarks), select_backend(), Monitor(None, None), "camera"

@@ -1,0 +1,102 @@
+"""The subcommand cameras writes what is sure into the study, and says what is not."""
+
+import json
+
+import numpy as np
+import pytest
+import SimpleITK as sitk
+
+from PolyPoseLib.__main__ import main
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.imaging.volume import Volume, write_volume
+from PolyPoseLib.registration import camera_guess
+from PolyPoseLib.registration.camera_guess import Guess
+
+FOUND = np.array([[1.0, 0, 0, 0], [0, 0, -1, 5], [0, 1, 0, 700], [0, 0, 0, 1]])
+
+
+@pytest.fixture
+def study(tmp_path):
+    """Two X-rays: one with a camera, one without."""
+    labels = np.zeros((10, 11, 12), np.uint8)
+    labels[:5], labels[6:] = 25, 75
+    hounsfield = np.where(labels > 0, 800, -1000).astype(np.int16)
+    write_volume(Volume(hounsfield, np.eye(4)), tmp_path / "ct.nii.gz")
+    write_volume(Volume(labels, np.eye(4)), tmp_path / "labels.nii.gz")
+    rng = np.random.default_rng(0)
+    xrays = []
+    for name in ("ap", "side"):
+        sitk.WriteImage(
+            sitk.GetImageFromArray(rng.random((40, 50)).astype(np.float32)), str(tmp_path / f"{name}.nii.gz")
+        )
+        xrays.append({"image": f"{name}.nii.gz", "source_to_detector_mm": 1020, "pixel_spacing_mm": [1, 1]})
+    xrays[0]["extrinsic"] = (np.diag([1, 1, 1, 1]) + np.pad([[800.0]], ((2, 1), (3, 0)))).tolist()
+    fields = {
+        "version": 1, "ct": "ct.nii.gz", "segmentation": "labels.nii.gz", "anchor": "pelvis", "xrays": xrays,
+        "structures": {"pelvis": [25], "femur": [75]}, "comment": "stays",
+    }  # fmt: skip
+    path = tmp_path / "study.json"
+    path.write_text(json.dumps(fields))
+    return path
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Guesses that take no time; (name of the X-ray, method) of each, and whether they are sure."""
+    calls = {"asked": [], "sure": True}
+
+    def guess(scene, xray, backend, monitor, stage, method="auto"):
+        calls["asked"].append((xray.name, method))
+        camera = Camera(xray.intrinsics, FOUND, *xray.image.shape)
+        return Guess(
+            camera, calls["sure"], (2, 10), "as told", () if calls["sure"] else ("doubtful",), 0.8, 0.3
+        )
+
+    monkeypatch.setattr(camera_guess, "initial_camera", guess)
+    return calls
+
+
+def run(study, *more):
+    return main(["cameras", str(study), "--device", "cpu", "--progress", "none", *more])
+
+
+def test_only_the_missing_camera_is_found_and_written(study, asked, capsys):
+    before = json.loads(study.read_text())
+    assert run(study) == 0
+    after = json.loads(study.read_text())
+    assert asked["asked"] == [("side", "auto")]
+    np.testing.assert_array_equal(after["xrays"][1]["extrinsic"], FOUND)
+    assert after["xrays"][1]["camera"] == "initial" and after["xrays"][1]["mirrored"] is False
+    assert after["xrays"][0] == before["xrays"][0] and after["comment"] == "stays"
+    assert "as told" in capsys.readouterr().out
+    assert run(study) == 0
+    assert len(asked["asked"]) == 1
+
+
+def test_again_looks_for_all_of_them(study, asked):
+    assert run(study, "--again", "--method", "search") == 0
+    assert asked["asked"] == [("ap", "search"), ("side", "search")]
+
+
+def test_doubtful_cameras_are_written_only_on_request(study, asked, capsys):
+    asked["sure"] = False
+    before = study.read_text()
+    assert run(study) == 3
+    assert json.loads(study.read_text()) == json.loads(before)
+    assert "side is doubtful and was not written" in capsys.readouterr().err
+    assert run(study, "--keep-doubtful") == 3
+    assert json.loads(study.read_text())["xrays"][1]["extrinsic"] == FOUND.tolist()
+
+
+def test_another_file_in_the_same_folder(study, asked, tmp_path):
+    before = study.read_text()
+    assert run(study, "--output", str(study.with_name("found.json"))) == 0
+    assert study.read_text() == before
+    assert json.loads(study.with_name("found.json").read_text())["xrays"][1]["extrinsic"] == FOUND.tolist()
+    (tmp_path / "elsewhere").mkdir()
+    assert run(study, "--output", str(tmp_path / "elsewhere" / "found.json")) == 2
+
+
+def test_a_method_that_does_not_apply(study, capsys):
+    assert run(study, "--method", "landmarks") == 2
+    assert 'no "landmarks"' in capsys.readouterr().err
