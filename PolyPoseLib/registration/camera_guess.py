@@ -33,6 +33,9 @@ LANDMARK_RADIUS = (12.0, 60.0)
 LANDMARK_RMS_MM = 5.0
 """Reprojection error of landmarks beyond which they are not believed."""
 
+LANDMARK_SHARE = 0.7
+"""Of the landmarks that must agree: any four or five nearly fit some camera."""
+
 
 @dataclass(frozen=True)
 class Guess:
@@ -173,8 +176,8 @@ def _landmark_doubts(found: PnpSolution) -> list[str]:
         said.append(
             f"its landmarks leave {found.radius[0]:.0f} degrees and {found.radius[1]:.0f} mm open; add some"
         )
-    if 2 * int(found.inliers.sum()) < len(found.inliers):
-        said.append("most of its landmarks do not agree with it")
+    if found.inliers.mean() < LANDMARK_SHARE:
+        said.append(f"{int((~found.inliers).sum())} of {len(found.inliers)} landmarks do not agree with it")
     if found.ambiguous_mm is not None and found.ambiguous_mm < 2 * found.rms_mm + 1:
         said.append("another view suits its landmarks as well; add one away from their plane")
     return said
