@@ -18,7 +18,7 @@ from PolyPoseLib.warp.weights import RIGID_DELTA_MM, WeightForm
 
 
 class NumbaPolyrigidProjector(PolyrigidProjector):
-    """See :class:`PolyrigidProjector`; weights_bytes: memory in which weights of the fixed frame are kept."""
+    """See :class:`PolyrigidProjector`."""
 
     def __init__(
         self,
@@ -33,7 +33,7 @@ class NumbaPolyrigidProjector(PolyrigidProjector):
     ) -> None:
         from PolyPoseLib.rendering import polyrigid_kernel as kernel
 
-        super().__init__(voxels, affine, warp, camera, step_mm, margin_mm, samples_per_chunk)
+        super().__init__(voxels, affine, warp, camera, step_mm, margin_mm, weights_bytes, samples_per_chunk)
         maps = warp.distances
         grid = maps.affine.copy()
         grid[:3, 3] -= self.centre
@@ -50,8 +50,6 @@ class NumbaPolyrigidProjector(PolyrigidProjector):
         )
         self._blocks = [kernel.first_blocks(chunk.count) for chunk in self.chunks]
         self._lines = [(c.first.astype(np.float32), c.step.astype(np.float32)) for c in self.chunks]
-        self._weights: dict[int, np.ndarray] = {}
-        self._room = weights_bytes
 
     def motion(self, logs: np.ndarray) -> Motion:
         """See :class:`PolyrigidProjector`."""
@@ -66,7 +64,7 @@ class NumbaPolyrigidProjector(PolyrigidProjector):
         if self.warp.frame == "fixed":
             from PolyPoseLib.rendering.polyrigid_kernel import integrate
 
-            weights = self._weights_of(number)
+            weights = self.weights_of(number)
             integrate(
                 self._voxels, weights, self._blocks[number], *self._lines[number], chunk.count, logs,
                 self._to_index, chunk.step_mm, image, jacobian,
@@ -84,18 +82,15 @@ class NumbaPolyrigidProjector(PolyrigidProjector):
             return image, None
         return image, jacobian + np.einsum("rkc,kcd->rkd", turning, motion.left.astype(np.float32))
 
-    def _weights_of(self, number: int) -> np.ndarray:
-        """Weights (blocks, K, LANES) of a chunk, kept while there is room."""
-        kept = self._weights.get(number)
-        if kept is not None:
-            return kept
+    def weights_of(self, number: int) -> np.ndarray:
+        """Weights (blocks, K, LANES) of a chunk."""
+        return self.kept_weights(number, lambda: self._make_weights(number))
+
+    def _make_weights(self, number: int) -> np.ndarray:
         from PolyPoseLib.rendering.polyrigid_kernel import fill_weights
         from PolyPoseLib.rendering.polyrigid_stages import LANES
 
         blocks = self._blocks[number]
         weights = np.empty((int(blocks[-1]), self.structures, LANES), np.float32)
         fill_weights(*self._field, blocks, *self._lines[number], weights)
-        if weights.nbytes <= self._room:
-            self._room -= weights.nbytes
-            self._weights[number] = weights
         return weights

@@ -28,6 +28,8 @@ WEIGHTS_BYTES = 1 << 30
 
 SAMPLES_PER_CHUNK = 1 << 18
 
+Weights = np.ndarray | torch.Tensor
+
 Judge = Callable[[np.ndarray], tuple[float, np.ndarray]]
 """Takes an image (H, W) and returns a number about it and that number's derivative by every pixel (H, W)."""
 
@@ -46,7 +48,7 @@ class PolyrigidProjector(ABC):
     voxels: (D, H, W) float32 in 1/mm with a border of zeros; affine: (4, 4) index (i, j, k) to moving LPS mm; warp:
     gives the distance maps, shares, form and frame of the weights, and the centre (its poses are not used); camera:
     stays; step_mm: distance of samples; margin_mm: rays are clipped to the volume's box, in the fixed frame,
-    enlarged by this much.
+    enlarged by this much; weights_bytes: memory in which weights of the fixed frame are kept.
     """
 
     def __init__(
@@ -57,9 +59,12 @@ class PolyrigidProjector(ABC):
         camera: Camera,
         step_mm: float,
         margin_mm: float = 0.0,
+        weights_bytes: int = WEIGHTS_BYTES,
         samples_per_chunk: int = SAMPLES_PER_CHUNK,
     ) -> None:
         self.warp = warp
+        self._weights: dict[int, Weights] = {}
+        self._room = weights_bytes
         self.centre = warp.center.cpu().numpy()
         rays = sample_rays(camera, affine, voxels.shape, self.centre, step_mm, margin_mm)
         self.rays = rays
@@ -109,6 +114,16 @@ class PolyrigidProjector(ABC):
     def trace(self, motion: Motion, number: int, wanted: bool) -> tuple[np.ndarray, np.ndarray | None]:
         """Line integrals (r,) of one chunk of rays, and the derivative (r, K, 6) by the logarithms if wanted."""
 
+    def kept_weights(self, number: int, make: Callable[[], Weights]) -> Weights:
+        """Weights of a chunk, which ``make`` makes where there is no room to keep them."""
+        kept = self._weights.get(number)
+        if kept is None:
+            kept = make()
+            if kept.nbytes <= self._room:
+                self._room -= kept.nbytes
+                self._weights[number] = kept
+        return kept
+
     def _assemble(self, parts: list[np.ndarray]) -> np.ndarray:
         values = np.concatenate(parts) if parts else np.zeros(0, np.float32)
         return self.rays.to_image(values.astype(np.float32, copy=False))
@@ -141,10 +156,7 @@ def polyrigid_projector(
     margin_mm: float = 0.0,
     weights_bytes: int = WEIGHTS_BYTES,
 ) -> PolyrigidProjector:
-    """The projector that belongs to a backend; arguments as in :class:`PolyrigidProjector`.
-
-    weights_bytes: memory that the numba projector may use to keep weights.
-    """
+    """The projector that belongs to a backend; arguments as in :class:`PolyrigidProjector`."""
     if isinstance(backend, NumbaBackend):
         from PolyPoseLib.rendering.polyrigid_numba import NumbaPolyrigidProjector
 
@@ -152,4 +164,6 @@ def polyrigid_projector(
     from PolyPoseLib.rendering.polyrigid_torch import TorchPolyrigidProjector
 
     device = getattr(backend, "device", "cpu")
-    return TorchPolyrigidProjector(voxels, affine, warp, camera, step_mm, margin_mm, device)
+    return TorchPolyrigidProjector(
+        voxels, affine, warp, camera, step_mm, margin_mm, weights_bytes, device=device
+    )

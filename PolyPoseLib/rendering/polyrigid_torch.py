@@ -8,7 +8,7 @@ from torch import Tensor
 from torch.nn.functional import grid_sample
 
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.rendering.polyrigid_projector import Motion, PolyrigidProjector
+from PolyPoseLib.rendering.polyrigid_projector import WEIGHTS_BYTES, Motion, PolyrigidProjector
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp, apply_exp
 from PolyPoseLib.warp.weights import DistanceMaps, weights
 
@@ -32,13 +32,16 @@ class TorchPolyrigidProjector(PolyrigidProjector):
         camera: Camera,
         step_mm: float,
         margin_mm: float = 0.0,
+        weights_bytes: int = WEIGHTS_BYTES,
         device: torch.device | str = "cpu",
         dtype: torch.dtype = torch.float32,
         samples_per_chunk: int | None = None,
     ) -> None:
         self.device, self.dtype = torch.device(device), dtype
         default = SAMPLES_PER_CUDA_CHUNK if self.device.type == "cuda" else SAMPLES_PER_CHUNK
-        super().__init__(voxels, affine, warp, camera, step_mm, margin_mm, samples_per_chunk or default)
+        super().__init__(
+            voxels, affine, warp, camera, step_mm, margin_mm, weights_bytes, samples_per_chunk or default
+        )
         self._volume = self._tensor(voxels)[None, None]
         self._maps = warp.distances.to(self.device)
         self._share = warp.share.to(self.device)
@@ -63,7 +66,7 @@ class TorchPolyrigidProjector(PolyrigidProjector):
             if self.warp.frame == "fixed":
                 places = None
                 with torch.no_grad():
-                    share_of = self._weigh(self._maps(flat + self._offset))
+                    share_of = self.kept_weights(number, lambda: self._weigh(self._maps(flat + self._offset)))
             else:
                 places = self._places(flat, motion).requires_grad_(wanted)
                 share_of = self._weigh(self._distances(places))
