@@ -61,27 +61,6 @@ def integrate(volume, weights, blocks, first, step, count, logs, to_index, step_
 
 
 @numba.njit(fastmath=True)
-def signed_distance(maps, k, x, y, z, spacing):
-    """Trilinear value of map k at index (x, y, z), with the distance to the grid's box added beyond it, in mm."""
-    _, depth, height, width = maps.shape
-    at_x = min(max(x, np.float32(0)), np.float32(width - 1))
-    at_y = min(max(y, np.float32(0)), np.float32(height - 1))
-    at_z = min(max(z, np.float32(0)), np.float32(depth - 1))
-    i, j, h = min(int(at_x), width - 2), min(int(at_y), height - 2), min(int(at_z), depth - 2)
-    fx, fy, fz = at_x - np.float32(i), at_y - np.float32(j), at_z - np.float32(h)
-    c00 = maps[k, h, j, i] + fx * (maps[k, h, j, i + 1] - maps[k, h, j, i])
-    c01 = maps[k, h, j + 1, i] + fx * (maps[k, h, j + 1, i + 1] - maps[k, h, j + 1, i])
-    c10 = maps[k, h + 1, j, i] + fx * (maps[k, h + 1, j, i + 1] - maps[k, h + 1, j, i])
-    c11 = maps[k, h + 1, j + 1, i] + fx * (maps[k, h + 1, j + 1, i + 1] - maps[k, h + 1, j + 1, i])
-    c0, c1 = c00 + fy * (c01 - c00), c10 + fy * (c11 - c10)
-    value = max(c0 + fz * (c1 - c0), np.float32(0))
-    if x != at_x or y != at_y or z != at_z:
-        ox, oy, oz = (x - at_x) * spacing[0], (y - at_y) * spacing[1], (z - at_z) * spacing[2]
-        value += math.sqrt(ox * ox + oy * oy + oz * oz)
-    return value
-
-
-@numba.njit(fastmath=True)
 def raw_weight(form, share, distance, constant):
     """Weight before normalisation; constant is epsilon ("epsilon") or delta^2 ("rigid")."""
     squared = distance * distance
@@ -100,25 +79,60 @@ def fill_weights(maps, to_grid, spacing, share, form, constant, blocks, first, s
     relative to the centre to the maps' index; spacing: (3,) float32 mm along (i, j, k); share: (K,) float32;
     form, constant: see raw_weight; the rest as in integrate; weights: (blocks, K, LANES) float32, overwritten.
     """
-    structures = len(maps)
     for ray in numba.prange(len(first)):
+        cells = np.empty((3, LANES), np.int64)
+        places = np.empty((4, LANES), np.float32)
         for number in range(blocks[ray + 1] - blocks[ray]):
             block = weights[blocks[ray] + number]
-            for n in range(LANES):
-                s = np.float32(number * LANES + n)
-                x, y, z = (
-                    first[ray, 0] + s * step[ray, 0],
-                    first[ray, 1] + s * step[ray, 1],
-                    first[ray, 2] + s * step[ray, 2],
-                )
-                i = to_grid[0, 0] * x + to_grid[0, 1] * y + to_grid[0, 2] * z + to_grid[0, 3]
-                j = to_grid[1, 0] * x + to_grid[1, 1] * y + to_grid[1, 2] * z + to_grid[1, 3]
-                h = to_grid[2, 0] * x + to_grid[2, 1] * y + to_grid[2, 2] * z + to_grid[2, 3]
-                total = np.float32(0)
-                for k in range(structures):
-                    distance = signed_distance(maps, k, i, j, h, spacing)
-                    raw = raw_weight(form, share[k], distance, constant)
+            _locate(maps.shape, to_grid, spacing, first[ray], step[ray], number * LANES, cells, places)
+            totals = np.zeros(LANES, np.float32)
+            for k in range(len(maps)):
+                _interpolate(maps[k], cells, places, block[k])
+                for n in range(LANES):
+                    raw = raw_weight(form, share[k], block[k, n], constant)
                     block[k, n] = raw
-                    total += raw
-                for k in range(structures):
-                    block[k, n] /= total
+                    totals[n] += raw
+            for n in range(LANES):
+                totals[n] = np.float32(1) / totals[n]
+            for k in range(len(maps)):
+                for n in range(LANES):
+                    block[k, n] *= totals[n]
+
+
+@numba.njit(fastmath=True)
+def _locate(shape, to_grid, spacing, first, step, start, cells, places):
+    """Where a block's samples lie in the maps' grid: cells (3, LANES) and, in ``places`` (4, LANES), the fractions
+    inside the cell (3) and the distance to the grid's box (mm).
+    """
+    _, depth, height, width = shape
+    zero = np.float32(0)
+    for n in range(LANES):
+        s = np.float32(start + n)
+        x, y, z = first[0] + s * step[0], first[1] + s * step[1], first[2] + s * step[2]
+        i = to_grid[0, 0] * x + to_grid[0, 1] * y + to_grid[0, 2] * z + to_grid[0, 3]
+        j = to_grid[1, 0] * x + to_grid[1, 1] * y + to_grid[1, 2] * z + to_grid[1, 3]
+        h = to_grid[2, 0] * x + to_grid[2, 1] * y + to_grid[2, 2] * z + to_grid[2, 3]
+        at_i = min(max(i, zero), np.float32(width - 1))
+        at_j = min(max(j, zero), np.float32(height - 1))
+        at_h = min(max(h, zero), np.float32(depth - 1))
+        cells[0, n], cells[1, n] = min(int(at_i), width - 2), min(int(at_j), height - 2)
+        cells[2, n] = min(int(at_h), depth - 2)
+        places[0, n] = at_i - np.float32(cells[0, n])
+        places[1, n] = at_j - np.float32(cells[1, n])
+        places[2, n] = at_h - np.float32(cells[2, n])
+        oi, oj, oh = (i - at_i) * spacing[0], (j - at_j) * spacing[1], (h - at_h) * spacing[2]
+        places[3, n] = math.sqrt(oi * oi + oj * oj + oh * oh)
+
+
+@numba.njit(fastmath=True)
+def _interpolate(signed, cells, places, distance):
+    """Trilinear distances (LANES,) of one map (d, h, w), at least 0, with the distance to its box added."""
+    for n in range(LANES):
+        i, j, h = cells[0, n], cells[1, n], cells[2, n]
+        fx, fy, fz = places[0, n], places[1, n], places[2, n]
+        c00 = signed[h, j, i] + fx * (signed[h, j, i + 1] - signed[h, j, i])
+        c01 = signed[h, j + 1, i] + fx * (signed[h, j + 1, i + 1] - signed[h, j + 1, i])
+        c10 = signed[h + 1, j, i] + fx * (signed[h + 1, j, i + 1] - signed[h + 1, j, i])
+        c11 = signed[h + 1, j + 1, i] + fx * (signed[h + 1, j + 1, i + 1] - signed[h + 1, j + 1, i])
+        c0, c1 = c00 + fy * (c01 - c00), c10 + fy * (c11 - c10)
+        distance[n] = max(c0 + fz * (c1 - c0), np.float32(0)) + places[3, n]

@@ -120,7 +120,7 @@ def _relative_slope(form, distance, constant):
 
 @numba.njit(fastmath=True)
 def _distance(maps, k, x, y, z, spacing):
-    """Distance of ``polyrigid_kernel.signed_distance``, and its derivative by the index (x, y, z)."""
+    """Distance in map k at index (x, y, z) as ``polyrigid_kernel.fill_weights`` takes it, and its derivative by it."""
     _, depth, height, width = maps.shape
     at_x = min(max(x, _float(0)), _float(width - 1))
     at_y = min(max(y, _float(0)), _float(height - 1))

@@ -22,6 +22,7 @@ from PolyPoseLib.registration.paper_objective import PolyrigidObjective
 from PolyPoseLib.registration.pipeline import register
 from PolyPoseLib.registration.soft_tissue import SoftTissue
 from PolyPoseLib.registration.uncertainty import pose_uncertainties
+from PolyPoseLib.rendering.torch_backend import TorchBackend
 from PolyPoseLib.warp.weights import distance_maps
 
 FEW = (PaperLevel(10.0, 25), PaperLevel(None, 25))
@@ -32,7 +33,16 @@ def case():
     return phantom()
 
 
-def fit(case, levels=FEW, optimizer="adam", frame="fixed", form="mass", monitor=None, preview=None):
+def fit(
+    case,
+    levels=FEW,
+    optimizer="adam",
+    frame="fixed",
+    form="mass",
+    monitor=None,
+    preview=None,
+    backend=None,
+):
     scene = case.scene()
     soft = SoftTissue(scene, frame, form, 0.02)
     return fit_structures_by_gmncc(
@@ -41,7 +51,7 @@ def fit(case, levels=FEW, optimizer="adam", frame="fixed", form="mass", monitor=
         soft,
         case.measured(),
         optimizer,
-        fastest_backend(),
+        backend or fastest_backend(),
         monitor or quiet(),
         preview,
         levels,
@@ -132,6 +142,13 @@ def test_weights_of_the_study_are_those_of_the_fit(case, frame, form):
 def test_a_run_is_repeatable_bit_by_bit(case):
     levels = (PaperLevel(10.0, 5), PaperLevel(None, 3))
     np.testing.assert_array_equal(fit(case, levels).poses, fit(case, levels).poses)
+
+
+@pytest.mark.parametrize("optimizer", ["adam", "lm"])
+def test_plain_torch_walks_the_same_way(case, optimizer):
+    levels = (PaperLevel(10.0, 4),)
+    found = [fit(case, levels, optimizer, backend=b).poses for b in (fastest_backend(), TorchBackend())]
+    np.testing.assert_allclose(case.bone_error(found[0]), case.bone_error(found[1]), atol=0.02)
 
 
 def test_progress_previews_and_cancelling(case):

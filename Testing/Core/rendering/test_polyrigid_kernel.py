@@ -139,6 +139,7 @@ def test_chunks_of_the_torch_path_agree():
 
 
 def test_weights_of_the_blocks_are_those_of_the_warp():
+    pytest.importorskip("numba")
     from PolyPoseLib.rendering.polyrigid_stages import LANES
 
     for form in ("mass", "epsilon", "rigid"):
