@@ -46,6 +46,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="write cameras that are not sure, too; the exit status stays 3",
     )
     parser.add_argument(
+        "--report",
+        type=Path,
+        metavar="FILE",
+        help="also write what was found, doubtful or not, as JSON for other programs",
+    )
+    parser.add_argument(
         "--allow-outside", action="store_true", help="read files outside the study's folder if it names them"
     )
     add_options(parser)
@@ -75,7 +81,9 @@ def run(arguments: argparse.Namespace) -> int:
     for number, guess in guesses.items():
         if guess.sure or arguments.keep_doubtful:
             _enter(fields["xrays"][number], guess, study.xrays[number].mirrored)
-    write_study(fields, output)
+    write_json(fields, output, "--output")
+    if arguments.report is not None:
+        write_json(camera_report(study, guesses), arguments.report, "--report")
     if arguments.progress != "json":
         print(camera_table(study, guesses))
     doubtful = [study.xrays[n].name or str(n + 1) for n, guess in guesses.items() if not guess.sure]
@@ -102,15 +110,40 @@ def camera_table(study: Study, guesses: dict[int, Guess]) -> str:
     return table(("X-ray", "sure", "within", "how"), rows)
 
 
-def write_study(fields: dict[str, Any], path: Path) -> None:
-    """Write a study file whole or not at all; raises InputError when the system refuses."""
+def camera_report(study: Study, guesses: dict[int, Guess]) -> dict[str, Any]:
+    """What was found, for programs: one entry an X-ray that was looked for, with its number in the study.
+
+    extrinsic: (4, 4) world LPS mm to camera, for the view from the source; mirrored: whether the file shows the other
+    side; within: [degrees, mm]; similarity, runner_up: local correlation of the best and of the next view, null when
+    there was no search.
+    """
+    entries = [
+        {
+            "number": n,
+            "name": study.xrays[n].name,
+            "extrinsic": guess.camera.extrinsic.tolist(),
+            "mirrored": study.xrays[n].mirrored,
+            "sure": guess.sure,
+            "within": list(guess.radius),
+            "how": guess.how,
+            "warnings": list(guess.warnings),
+            "similarity": guess.similarity,
+            "runner_up": guess.runner_up,
+        }
+        for n, guess in guesses.items()
+    ]
+    return {"version": 1, "cameras": entries}
+
+
+def write_json(fields: dict[str, Any], path: Path, option: str) -> None:
+    """Write a file whole or not at all; raises InputError, naming the option, when the system refuses."""
     temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}")
     try:
         temporary.write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
         os.replace(temporary, path)
     except OSError as error:
         temporary.unlink(missing_ok=True)
-        raise InputError(f"{path}: cannot be written ({error.strerror}): choose another --output.") from error
+        raise InputError(f"{path}: cannot be written ({error.strerror}): choose another {option}.") from error
 
 
 def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dict[int, Guess]:

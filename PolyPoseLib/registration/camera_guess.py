@@ -101,7 +101,7 @@ def landmark_camera(scene: Scene, xray: Xray, backend: Backend, monitor: Monitor
     name = f'X-ray "{xray.name}": "landmarks"'
     found = camera_from_landmarks(landmarks.points, landmarks.pixels, detector, name)
     used = f"{int(found.inliers.sum())} of {len(found.inliers)} landmarks, {found.rms_mm:.1f} mm off"
-    said = _landmark_doubts(found)
+    said = landmark_doubts(found)
     radius = tuple(max(own, least) for own, least in zip(found.radius, (1.0, 5.0), strict=True))
     if not said and (radius[0] > GIVEN_RADIUS[0] or radius[1] > GIVEN_RADIUS[1]):
         searched = SearchRange.around_camera(
@@ -167,8 +167,8 @@ def _on_anchor(xray: Xray, scene: Scene) -> Xray:
     return xray
 
 
-def _landmark_doubts(found: PnpSolution) -> list[str]:
-    """What speaks against a camera from landmarks."""
+def landmark_doubts(found: PnpSolution) -> list[str]:
+    """What speaks against a camera from landmarks; each a clause for people."""
     said = []
     if found.rms_mm > LANDMARK_RMS_MM:
         said.append(f"its landmarks are {found.rms_mm:.1f} mm off")

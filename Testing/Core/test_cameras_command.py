@@ -100,3 +100,17 @@ def test_another_file_in_the_same_folder(study, asked, tmp_path):
 def test_a_method_that_does_not_apply(study, capsys):
     assert run(study, "--method", "landmarks") == 2
     assert 'no "landmarks"' in capsys.readouterr().err
+
+
+def test_the_report_tells_what_was_found_and_how_sure_it_is(study, asked, tmp_path):
+    asked["sure"] = False
+    report = tmp_path / "found.json"
+    assert run(study, "--report", str(report)) == 3
+    found = json.loads(report.read_text())
+    assert found["version"] == 1
+    (camera,) = found["cameras"]
+    assert (camera["number"], camera["name"], camera["sure"]) == (1, "side", False)
+    assert (camera["similarity"], camera["runner_up"], camera["within"]) == (0.8, 0.3, [2, 10])
+    assert camera["how"] == "as told" and camera["warnings"] == ["doubtful"] and camera["mirrored"] is False
+    np.testing.assert_array_equal(camera["extrinsic"], FOUND)
+    assert run(study, "--report", str(tmp_path / "nowhere" / "found.json")) == 2
