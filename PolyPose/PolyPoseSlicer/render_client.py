@@ -20,7 +20,7 @@ from slicer.i18n import tr as _
 from .environment import child_environment, python_executable
 from .nodes import Voxels
 from .process_tree import ProcessTree
-from .registration import TEMPORARY_PREFIX
+from .study_run import TEMPORARY_PREFIX
 
 _JOIN_SECONDS = 0.5
 

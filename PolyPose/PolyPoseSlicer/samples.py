@@ -17,8 +17,8 @@ from PolyPoseLib.errors import PolyPoseError
 from .dependencies import ensure_dependencies
 from .environment import child_environment, python_executable
 from .job import Job
-from .registration import error_of
 from .study_reader import open_study
+from .study_run import error_of
 
 CATEGORY = "PolyPose"
 SAMPLE_NAME = "PolyPosePelvis"
