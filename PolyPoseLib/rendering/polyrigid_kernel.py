@@ -18,9 +18,7 @@ from PolyPoseLib.rendering.polyrigid_stages import (
     pull_back,
     warp,
 )
-
-MASS, EPSILON, RIGID = 0, 1, 2
-"""Numbers of the weight forms, in the order of ``warp.weights.WeightForm``."""
+from PolyPoseLib.warp.weight_kernel import raw_weight
 
 
 def first_blocks(count: np.ndarray) -> np.ndarray:
@@ -58,17 +56,6 @@ def integrate(volume, weights, blocks, first, step, count, logs, to_index, step_
             for k in range(len(logs)):
                 for c in range(6):
                     jacobian[ray, k, c] *= scale
-
-
-@numba.njit(fastmath=True)
-def raw_weight(form, share, distance, constant):
-    """Weight before normalisation; constant is epsilon ("epsilon") or delta^2 ("rigid")."""
-    squared = distance * distance
-    if form == MASS:
-        return share / (np.float32(1) + squared)
-    if form == EPSILON:
-        return np.float32(1) / (np.float32(1) + constant * squared)
-    return share / (constant + squared)
 
 
 @numba.njit(parallel=True, fastmath=True, cache=True)

@@ -10,8 +10,8 @@ import math
 import numba
 import numpy as np
 
-from PolyPoseLib.rendering.polyrigid_kernel import EPSILON, MASS, raw_weight
 from PolyPoseLib.rendering.polyrigid_stages import LANES, ROWS, accumulate, blend, gather, pull_back, warp
+from PolyPoseLib.warp.weight_kernel import EPSILON, MASS, raw_weight
 
 _float = np.float32
 

@@ -11,10 +11,10 @@ compiler turns it into vector instructions. Numbers go from stage to stage in a 
 All points are in mm relative to the centre about which logarithms are taken.
 """
 
-import math
-
 import numba
 import numpy as np
+
+from PolyPoseLib.geometry.exponential_kernel import cubic, polynomial, series, sinc, slope, versine
 
 LANES = 32
 """Samples in a block."""
@@ -23,36 +23,10 @@ ROWS = 12
 
 _float = np.float32
 _ZERO = _float(0)
-_TERMS = 9  # of the series in the squared angle; exact to float32 up to 180 degrees
 
-
-def _series(first: int) -> list[np.float32]:
-    """Coefficients of sum_n (-x)^n / (2 n + first)!."""
-    return [_float((-1) ** n / math.factorial(2 * n + first)) for n in range(_TERMS)]
-
-
-def _slope(coefficients: list[np.float32]) -> list[np.float32]:
-    """Coefficients of a power series' derivative, filled up with a zero."""
-    return [*(_float(n * c) for n, c in enumerate(coefficients[1:], start=1)), _ZERO]
-
-
-def _polynomial(coefficients: list[np.float32]):
-    """Compile Horner's rule for nine constants."""
-    a, b, c, d, e, f, g, h, k = coefficients
-
-    @numba.njit(fastmath=True)
-    def value(x):
-        return a + x * (b + x * (c + x * (d + x * (e + x * (f + x * (g + x * (h + x * k)))))))
-
-    return value
-
-
-sinc = _polynomial(_series(1))
-versine = _polynomial(_series(2))
-cubic = _polynomial(_series(3))
-sinc_slope = _polynomial(_slope(_series(1)))
-versine_slope = _polynomial(_slope(_series(2)))
-cubic_slope = _polynomial(_slope(_series(3)))
+sinc_slope = polynomial(slope(series(1)))
+versine_slope = polynomial(slope(series(2)))
+cubic_slope = polynomial(slope(series(3)))
 
 
 @numba.njit(fastmath=True)

@@ -46,13 +46,19 @@ def displacement_field(
     """
     import torch
 
+    from PolyPoseLib.warp.fused import fused_displacements
+
     require_grid(affine, "the displacement field's grid")
     vectors = np.empty((*shape, 3), dtype=np.float32)
     flat = vectors.reshape(-1, 3)
     dtype = torch.float32 if single else torch.float64
+    fused = fused_displacements(warp) if single else None
     with torch.no_grad():
         for start in range(0, len(flat), POINTS_PER_CHUNK):
             stop = min(start + POINTS_PER_CHUNK, len(flat))
+            if fused is not None:
+                flat[start:stop] = fused(_flat_points(affine, shape, start, stop))
+                continue
             points = torch.from_numpy(np.ascontiguousarray(_flat_points(affine, shape, start, stop))).to(
                 dtype
             )
