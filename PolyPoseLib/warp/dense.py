@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from types import ModuleType
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -191,7 +192,14 @@ def warp_volume(
     import SimpleITK as sitk
 
     moving = volume.with_voxels(volume.voxels.astype(np.float32, copy=False))
-    return _resample(moving, warp, reference, outside, sitk.sitkLinear)
+    kernel = _compiled()
+    if kernel is None:
+        return _resample(moving, warp, reference, outside, sitk.sitkLinear)
+    grid = volume if reference is None else reference
+    out, voxels = np.empty(grid.shape, np.float32), np.ascontiguousarray(moving.voxels)
+    for place, arguments in _through(warp, grid, volume.affine):
+        kernel.warp_linear(voxels, *arguments, np.float32(outside), out[place])
+    return Volume(out, grid.affine)
 
 
 def warp_labels(
@@ -216,6 +224,13 @@ def warp_labels(
     if method != "linear":
         raise InputError(f"The method {method!r} is not known; choose 'nearest' or 'linear'.")
     grid = labels if reference is None else reference
+    kernel = _compiled()
+    if kernel is not None:
+        out = np.empty(grid.shape, dtype=labels.voxels.dtype)
+        moving = np.ascontiguousarray(labels.voxels)
+        for place, arguments in _through(warp, grid, labels.affine):
+            kernel.warp_votes(moving, *arguments, out[place])
+        return Volume(out, grid.affine)
     voter, to_index = LabelVote(labels.voxels), np.linalg.inv(labels.affine)
     out = np.empty(grid.shape, dtype=labels.voxels.dtype)
     for slab in _slabs(grid.shape, VOXELS_PER_SLAB // 4):
@@ -224,6 +239,36 @@ def warp_labels(
         index += to_index[:3, :3] @ vectors.reshape(-1, 3).T
         out[slab] = voter(index).reshape(vectors.shape[:3])
     return Volume(out, grid.affine)
+
+
+def _compiled() -> ModuleType | None:
+    """The compiled loops, where numba is installed."""
+    try:
+        from PolyPoseLib.warp import resample_kernel
+    except ImportError:
+        return None
+    return resample_kernel
+
+
+def _through(
+    warp: AnyWarp, grid: Volume, moving: np.ndarray
+) -> Iterator[tuple[slice, tuple[np.ndarray, ...]]]:
+    """The whole fixed grid for a field, slabs of it for any other warp, and what the compiled loops need for each.
+
+    moving: (4, 4) affine of what is warped.
+    """
+    to_index = np.linalg.inv(moving)
+    turn = np.ascontiguousarray(to_index[:3, :3])
+    if isinstance(warp, DisplacementField):
+        to_field = np.linalg.inv(warp.affine) @ grid.affine
+        yield (
+            slice(None),
+            (np.ascontiguousarray(warp.vectors), to_field[:3], (to_index @ grid.affine)[:3], turn),
+        )
+        return
+    for slab in _slabs(grid.shape):
+        vectors, affine = _slab_vectors(warp, grid, slab)
+        yield slab, (vectors, np.eye(4)[:3], (to_index @ affine)[:3], turn)
 
 
 def _resample(
