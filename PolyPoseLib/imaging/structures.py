@@ -63,7 +63,9 @@ class Structures:
             )
         object.__setattr__(self, "names", names)
         object.__setattr__(self, "labels", labels.astype(np.int16, copy=False))
-        for name, count in zip(names, self.voxel_counts(), strict=True):
+        # Counted once: on a large CT that takes a second, and weights ask for it again and again.
+        object.__setattr__(self, "_counts", _count(self.labels, len(names)))
+        for name, count in zip(names, self._counts, strict=True):
             if count == 0:
                 raise InputError(f'Structure "{name}" has no voxel: remove it or give it labels that it has.')
 
@@ -85,7 +87,7 @@ class Structures:
 
     def voxel_counts(self) -> np.ndarray:
         """Voxels of each structure, (K,) int64."""
-        return _count(self.labels, len(self.names))
+        return self._counts.copy()
 
     def volume_share(self) -> np.ndarray:
         """Share of each structure in the volume of all, (K,) float64, sum 1: the masses m_k of the

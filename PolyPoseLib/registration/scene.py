@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import find_objects
 
 from PolyPoseLib.imaging.structures import Structures
 from PolyPoseLib.imaging.volume import Volume, hounsfield_to_attenuation
@@ -58,6 +59,7 @@ class Scene:
         labels = _block_centres(structures.labels, factors)
         spacing = np.linalg.norm(affine[:3, :3], axis=0)
         self.owners = grow_regions(hounsfield, labels, spacing)
+        self._boxes = find_objects(self.owners, max_label=len(self.names))
         filled = fill_structures(hounsfield, self.owners, spacing, grow=False)
         self.whole = Grid(hounsfield_to_attenuation(hounsfield).astype(np.float32), affine)
         self.soft = Grid(hounsfield_to_attenuation(filled).astype(np.float32), affine)
@@ -84,10 +86,7 @@ class Scene:
         return self._volumes[kind, voxel_mm]
 
     def _body(self, number: int, voxel_mm: float) -> Body:
-        occupied = [
-            np.flatnonzero((self.owners == number + 1).any(axis=axes)) for axes in ((1, 2), (0, 2), (0, 1))
-        ]
-        box = tuple(slice(int(o[0]), int(o[-1]) + 1) if len(o) else slice(0, 1) for o in occupied)
+        box = self._boxes[number] or (slice(0, 1),) * 3
         excess = (self.whole.voxels[box] - self.soft.voxels[box]) * (self.owners[box] == number + 1)
         affine = self.whole.affine.copy()
         affine[:3, 3] += affine[:3, :3] @ np.array([s.start for s in reversed(box)], float)
