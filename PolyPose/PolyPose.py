@@ -209,6 +209,16 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
 
         return start_parameters(parameterNode or self.getParameterNode(), preview, outputFolder)
 
+    def startCameras(self, numbers: Sequence[int], parameterNode: Any = None) -> Any:
+        """Look for the first cameras of some X-rays of a parameter node, counted from 0, by their chosen ways.
+
+        Returns at once a PolyPoseSlicer.camera_run.CameraRun, which has to be polled; `found` tells how sure each
+        camera is. Nothing is stored. Raises InputError when something is missing or wrong.
+        """
+        from PolyPoseSlicer.calls import start_cameras
+
+        return start_cameras(parameterNode or self.getParameterNode(), numbers)
+
     def loadResult(self, folder: str | Path, ctNode: Any = None, segmentationNode: Any = None) -> Any:
         """Open the folder of an earlier registration; returns PolyPoseSlicer.results.OutputNodes.
 

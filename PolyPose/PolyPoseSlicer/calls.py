@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from PolyPoseLib.errors import InputError
 
 from . import environment
+from .camera_run import CameraRun
+from .camera_way import Way
 from .loading import load_folder
 from .parameters import (
     PolyPoseParameterNode,
@@ -21,6 +24,7 @@ from .parameters import (
 from .registration import Registration
 from .results import InputStyle, OutputNodes, fill_nodes
 from .study_writer import read_study
+from .xray_source import XraySource
 
 NAME = "PolyPose"
 """Begins the names of new nodes."""
@@ -72,6 +76,42 @@ def start_parameters(
         output_folder,
         preview=parameters.livePreview if preview is None else preview,
     )
+
+
+def start_cameras(
+    parameters: PolyPoseParameterNode, numbers: Sequence[int], command: list[str] | None = None
+) -> CameraRun:
+    """Start looking for the cameras of some X-rays of a parameter node; what is found is not stored.
+
+    numbers: of xray_sources(parameters); number n of them is number n of the run's findings. Raises InputError at once
+    for wrong inputs.
+    """
+    problem = environment.version_problem() or missing_input(parameters)
+    if problem:
+        raise InputError(problem)
+    sources = xray_sources(parameters)
+    wanted = [without_camera(sources[number]) for number in numbers]
+    study = read_study(
+        parameters.ct,
+        parameters.segmentation,
+        structures_of(parameters),
+        wanted,
+        parameters.anchor,
+        options_of(parameters),
+    )
+    ways = {source.way for source in wanted}
+    chosen = ways.pop() if len(ways) == 1 else Way.AUTO
+    method = chosen.value if chosen in (Way.DICOM, Way.LANDMARKS, Way.SEARCH) else "auto"
+    return CameraRun(study, method, command)
+
+
+def without_camera(source: XraySource) -> XraySource:
+    """An X-ray as if it had no camera yet, so that one is looked for in its way."""
+    fields = {key: value for key, value in source.fields.items() if key != "extrinsic"}
+    if fields.get("camera") == "known":
+        fields.pop("camera")
+    way = Way.AUTO if source.way is Way.CARM else source.way
+    return replace(source, fields=fields, way=way, camera_transform=None, found=None)
 
 
 def load(

@@ -7,7 +7,9 @@ from typing import Any
 import slicer
 import vtk
 
+from .panel_camera import CameraPart
 from .panel_carm import CarmPart
+from .panel_landmarks import LandmarksPart
 from .panel_register import RegisterPart
 from .panel_review import ReviewPart
 from .panel_structures import StructuresPart
@@ -39,8 +41,11 @@ class Panel:
         self.structures = StructuresPart(ui)
         self.xrays = XraysPart(ui, self._xray_selected)
         self.carm = CarmPart(ui, self.xrays, self.renderer, self._show_views)
+        requirements = host.resourcePath("requirements.txt")
+        self.cameras = CameraPart(ui, logic, requirements, self.xrays, self.carm.look_at)
+        self.landmarks = LandmarksPart(ui, host, self.xrays, self._show_views, self.carm.reference)
         self.review = ReviewPart(ui, logic, self.renderer, self._reports, self.carm.reference)
-        self.register = RegisterPart(ui, logic, host.resourcePath("requirements.txt"), self._result_came)
+        self.register = RegisterPart(ui, logic, requirements, self._result_came)
         scene = slicer.mrmlScene
         host.addObserver(scene, scene.StartCloseEvent, self._scene_closes)
         host.addObserver(scene, scene.EndCloseEvent, self._scene_closed)
@@ -53,7 +58,7 @@ class Panel:
         self.use(self.logic.getParameterNode())
 
     def exit(self) -> None:
-        """Another module is opened: a registration goes on, everything else stops."""
+        """Another module is opened: a registration and a search go on, everything else stops."""
         self.carm.stop()
         self.review.pause()
         self.renderer.close()
@@ -69,6 +74,8 @@ class Panel:
     def stop(self) -> None:
         """End every process and timer, and remove their files."""
         self.carm.stop()
+        self.cameras.close()
+        self.landmarks.stop()
         self.register.close()
         self.review.pause()
         self.renderer.close()
@@ -96,6 +103,8 @@ class Panel:
             self._observe_segmentation(parameters.segmentation if parameters is not None else None)
             self.structures.show(parameters)
             self.xrays.show(parameters)
+            self.cameras.show(parameters)
+            self.landmarks.show(parameters)
             self.carm.show(parameters)
             self.register.show(parameters)
             self.review.show(parameters)
@@ -138,6 +147,8 @@ class Panel:
         return [self.xrays.reader.report(source) for source in sources]
 
     def _xray_selected(self) -> None:
+        self.cameras.show(self.parameters)
+        self.landmarks.show(self.parameters)
         self.carm.xray_selected()
 
     def _show_views(self) -> None:

@@ -82,6 +82,14 @@ class CarmPart:
             placement = Placement.of(xray.extrinsic, distance, self.reference())
         self._set(placement)
 
+    def look_at(self, extrinsic: np.ndarray) -> None:
+        """Show a camera, (4, 4) world LPS mm to camera, live on the selected X-ray; nothing is stored."""
+        xray = self._xray()
+        if xray is None or self._ct() is None:
+            return
+        self._set(Placement.of(extrinsic, xray.source_to_detector_mm, self.reference()))
+        self._ui.carmLive.checked = True
+
     def use(self) -> None:
         """Make the shown camera the X-ray's initial guess: a transform node and the typed distance."""
         xray, camera = self._xray(), self._camera()

@@ -10,6 +10,7 @@ from slicer.i18n import tr as _
 
 from PolyPoseLib.geometry.carm import PATIENT_POSITIONS
 
+from .camera_way import Way
 from .xray_reading import XrayReport
 from .xray_source import XraySource
 
@@ -127,7 +128,10 @@ class XrayDetails:
         fields = {key: value for key, value in fields.items() if value is not None}
         frame = ui.xrayFrame.value - 1 if ui.xrayFrame.enabled else self._source.frame
         frame = None if frame == 0 and self._source.frame is None else frame
-        self._changed(replace(self._source, fields=fields, frame=frame, camera_transform=camera_transform))
+        changed = replace(self._source, fields=fields, frame=frame, camera_transform=camera_transform)
+        if camera_transform is not self._source.camera_transform:
+            changed = replace(changed, way=Way.AUTO, found=None)
+        self._changed(changed)
 
     def _pair(self, names: tuple[str, str], field: str) -> list[float] | None:
         """Two numbers; where only one was typed, the other is the same (spacing) or as found (point)."""

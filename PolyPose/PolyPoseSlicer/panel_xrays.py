@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +11,7 @@ from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import PolyPoseError
 
+from .camera_way import Way
 from .panel_xray_details import XrayDetails
 from .parameters import PolyPoseParameterNode, store_xray_sources, xray_sources
 from .xray_reading import GEOMETRY_FIELDS, XrayReader, XrayReport, geometry_from_file
@@ -19,6 +20,9 @@ from .xray_source import XraySource
 _ENDINGS = "*.dcm *.ima *.nrrd *.nhdr *.nii *.nii.gz *.mha *.mhd *.png *.tif *.tiff"
 
 _ROW_HEIGHT = 24
+
+DOUBT_COLOR = "#b35900"
+"""Of what somebody has to look at; readable on light and on dark ground."""
 
 _TOLD = ("source_to_detector_mm", "pixel_spacing_mm", "angles", "extrinsic")
 
@@ -43,7 +47,7 @@ class XraysPart:
         self._selected = selected
         self._parameters: PolyPoseParameterNode | None = None
         self._sources: list[XraySource] = []
-        self._shown: list[tuple[str, ...]] = []
+        self._shown: list[tuple[tuple[str, ...], bool]] = []
         self._was_selected: tuple | None = None
         self.reader = XrayReader()
         self._details = XrayDetails(ui, self._replace)
@@ -75,6 +79,11 @@ class XraysPart:
         """The selected X-ray."""
         return self._sources[self.number] if self.number >= 0 else None
 
+    @property
+    def sources(self) -> list[XraySource]:
+        """All X-rays of the table."""
+        return list(self._sources)
+
     def report(self) -> XrayReport | None:
         """What is known of the selected X-ray."""
         return None if self.source is None else self.reader.report(self.source)
@@ -85,7 +94,7 @@ class XraysPart:
         self._sources = xray_sources(parameters) if parameters is not None else []
         reports = [self.reader.report(source) for source in self._sources]
         lines = [
-            (source.name, report.geometry, report.camera, report.state)
+            ((source.name, report.geometry, report.camera, report.state), report.doubtful)
             for source, report in zip(self._sources, reports, strict=True)
         ]
         if lines != self._shown:
@@ -121,18 +130,27 @@ class XraysPart:
             self._ui.xrayState.text = str(error)
             return
         kept = {key: value for key, value in self.source.fields.items() if key not in GEOMETRY_FIELDS}
-        self._replace(replace(self.source, fields={**kept, **fields}, camera_transform=None))
+        self._replace(_without_way(self.source, {**kept, **fields}))
 
     def clear_geometry(self) -> None:
         """Forget all that was typed or read about the selected X-ray's geometry."""
         if self.source is not None:
             kept = {key: value for key, value in self.source.fields.items() if key not in GEOMETRY_FIELDS}
-            self._replace(replace(self.source, fields=kept, camera_transform=None))
+            self._replace(_without_way(self.source, kept))
 
     def set_guess(self, transform: Any, fields: dict[str, Any]) -> None:
-        """Start the selected X-ray's camera from a transform, with these fields."""
+        """Start the selected X-ray's camera from a transform that was placed by hand, with these fields."""
         fields = {**self.source.fields, **fields, "camera": "initial"}
-        self._replace(replace(self.source, fields=fields, camera_transform=transform))
+        self._replace(
+            replace(self.source, fields=fields, camera_transform=transform, way=Way.CARM, found=None)
+        )
+
+    def change(self, changed: Mapping[int, XraySource]) -> None:
+        """Store changed versions of X-rays by their rows, and read again those whose nodes have changed."""
+        sources = [changed.get(row, each) for row, each in enumerate(self._sources)]
+        if sources != self._sources:
+            store_xray_sources(self._parameters, sources)
+        self.show(self._parameters)
 
     def _add(self, sources: list[XraySource]) -> None:
         store_xray_sources(self._parameters, [*self._sources, *sources])
@@ -145,15 +163,17 @@ class XraysPart:
             changed[self.number] = source
             store_xray_sources(self._parameters, changed)
 
-    def _fill(self, lines: list[tuple[str, ...]]) -> None:
+    def _fill(self, lines: list[tuple[tuple[str, ...], bool]]) -> None:
         table = self._ui.xraysTable
         row = table.currentRow()
         blocked = table.blockSignals(True)
         table.rowCount = len(lines)
-        for number, line in enumerate(lines):
+        for number, (line, doubtful) in enumerate(lines):
             for column, text in enumerate(line):
                 item = qt.QTableWidgetItem(text)
                 item.setToolTip(text)
+                if doubtful:
+                    item.setForeground(qt.QBrush(qt.QColor(DOUBT_COLOR)))
                 table.setItem(number, column, item)
         if lines:
             table.selectRow(min(max(row, 0), len(lines) - 1))
@@ -188,3 +208,8 @@ class XraysPart:
         self.read_geometry(
             qt.QFileDialog.getOpenFileName(window, _("Read geometry"), "", _("Study files (*.json)"))
         )
+
+
+def _without_way(source: XraySource, fields: Mapping[str, Any]) -> XraySource:
+    """An X-ray with other fields, that takes whatever camera they give; picked points stay."""
+    return replace(source, fields=fields, camera_transform=None, way=Way.AUTO, found=None)

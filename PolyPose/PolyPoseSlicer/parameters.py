@@ -5,9 +5,11 @@ from __future__ import annotations
 import enum
 import json
 from collections.abc import Sequence
+from itertools import zip_longest
 
 from slicer import (
     vtkMRMLLinearTransformNode,
+    vtkMRMLMarkupsFiducialNode,
     vtkMRMLNode,
     vtkMRMLPlotChartNode,
     vtkMRMLPlotSeriesNode,
@@ -19,6 +21,8 @@ from slicer import (
 from slicer.i18n import tr as _
 from slicer.parameterNodeWrapper import parameterNodeWrapper
 
+from .camera_finding import CameraFinding
+from .camera_way import Way
 from .results import OutputNodes
 from .xray_source import XraySource, fields_from_text
 
@@ -57,6 +61,7 @@ class PolyPoseParameterNode:
 
     structures: JSON {segment ID: structure}; segments that are not in it do not move as a bone.
     xrayImages, xrayTexts: one entry an X-ray; see `xray_sources`. xrayCameras: its camera's transform, or None.
+    xrayCtLandmarks, xrayLandmarks: its points in the CT and in the image, or None.
     options: JSON of the advanced options (PolyPoseLib.options) beside preset and device.
     output...: None before the first registration.
     """
@@ -68,6 +73,8 @@ class PolyPoseParameterNode:
     xrayImages: list[vtkMRMLNode]
     xrayTexts: list[str]
     xrayCameras: list[vtkMRMLTransformNode]
+    xrayCtLandmarks: list[vtkMRMLMarkupsFiducialNode]
+    xrayLandmarks: list[vtkMRMLMarkupsFiducialNode]
     preset: Preset = Preset.DEFAULT
     device: Device = Device.AUTO
     options: str = "{}"
@@ -99,11 +106,17 @@ def xray_sources(parameters: PolyPoseParameterNode) -> list[XraySource]:
     """The X-rays of the parameter node; an entry whose image was deleted is left out."""
     sources = []
     entries = zip(parameters.xrayImages, parameters.xrayTexts, parameters.xrayCameras, strict=True)
-    for image, text, camera in entries:
+    # Scenes of earlier versions have no landmarks.
+    landmarks = zip_longest(parameters.xrayCtLandmarks, parameters.xrayLandmarks)
+    for (image, text, camera), lists in zip_longest(entries, landmarks, fillvalue=(None, None)):
+        if text is None:
+            break
         stored = fields_from_text(text)
         path, frame = stored.pop("path", ""), stored.pop("frame", None)
+        way, found = Way.of(stored.pop("way", None)), stored.pop("found", None)
         if image is not None or path:
-            sources.append(XraySource(image, path, frame, stored, camera))
+            found = CameraFinding.of(found) if found else None
+            sources.append(XraySource(image, path, frame, stored, camera, way, *lists, found))
     return sources
 
 
@@ -112,10 +125,18 @@ def store_xray_sources(parameters: PolyPoseParameterNode, sources: Sequence[Xray
     was = parameters.StartModify()
     parameters.xrayImages = [each.image for each in sources]
     parameters.xrayCameras = [each.camera_transform for each in sources]
-    parameters.xrayTexts = [
-        json.dumps({**each.fields, "path": each.path, "frame": each.frame}) for each in sources
-    ]
+    parameters.xrayCtLandmarks = [each.ct_landmarks for each in sources]
+    parameters.xrayLandmarks = [each.xray_landmarks for each in sources]
+    parameters.xrayTexts = [_text_of(each) for each in sources]
     parameters.EndModify(was)
+
+
+def _text_of(source: XraySource) -> str:
+    """What the parameter node stores of an X-ray beside its nodes."""
+    more = {"path": source.path, "frame": source.frame, "way": source.way.value}
+    if source.found is not None:
+        more["found"] = source.found.stored()
+    return json.dumps({**source.fields, **more})
 
 
 def options_of(parameters: PolyPoseParameterNode) -> dict:

@@ -69,8 +69,9 @@ def _read_image(path: Path, entry: Mapping[str, Any]) -> np.ndarray | None:
 
 def _xray_source(entry: Mapping[str, Any], image: np.ndarray | None, folder: Path) -> XraySource:
     fields = {key: value for key, value in entry.items() if key not in ("image", "frame")}
-    if fields.get("mask"):
-        fields["mask"] = str((folder / fields["mask"]).resolve())
+    for name in ("mask", "calibration"):
+        if fields.get(name):
+            fields[name] = str((folder / fields[name]).resolve())
     if image is None:
         return XraySource(
             path=str((folder / entry["image"]).resolve()), frame=entry.get("frame"), fields=fields

@@ -15,6 +15,7 @@ from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import InputError, PolyPoseError
 
+from .camera_way import Way
 from .study_writer import UNKNOWN_SPACING
 from .xray_source import XraySource
 
@@ -33,7 +34,10 @@ TYPED_FIELDS = (
 )
 """What a person types about one X-ray."""
 
-GEOMETRY_FIELDS = (*TYPED_FIELDS, "intrinsics", "extrinsic", "camera", "isocenter_mm")
+GEOMETRY_FIELDS = (
+    *TYPED_FIELDS, "intrinsics", "extrinsic", "camera", "isocenter_mm", "standard_view", "landmarks", "calibration",
+    "calibration_frame",
+)  # fmt: skip
 """What a geometry file may say of one X-ray."""
 
 _KEPT = 32
@@ -44,6 +48,7 @@ class XrayReport:
     """An X-ray as it would be registered, or the sentence that says why it cannot be.
 
     geometry, camera, state: texts for the table; details: everything known, one line each.
+    doubtful: whether somebody has to look at the camera that was found.
     """
 
     xray: Xray | None
@@ -51,6 +56,7 @@ class XrayReport:
     camera: str
     state: str
     details: tuple[str, ...] = ()
+    doubtful: bool = False
 
 
 class XrayReader:
@@ -85,7 +91,7 @@ def read_source(source: XraySource) -> Xray:
     place = _("the table of X-rays")
     path, frame = source.file()
     if path:
-        return read_xray(path, fields=source.entry(path, frame), frame=frame, entry_name=place)
+        return read_xray(path, fields=source.shown_entry(path, frame), frame=frame, entry_name=place)
     pixels, spacing = source.pixels()
     with tempfile.TemporaryDirectory(prefix="PolyPose-", dir=slicer.app.temporaryPath) as folder:
         file = Path(folder) / "xray.nrrd"
@@ -94,7 +100,7 @@ def read_source(source: XraySource) -> Xray:
         image = sitk.GetImageFromArray(pixels, isVector=pixels.ndim == 3)
         image.SetSpacing((spacing[1], spacing[0]))
         sitk.WriteImage(image, str(file), False)
-        fields = source.entry(file.name, None)
+        fields = source.shown_entry(file.name, None)
         if spacing != UNKNOWN_SPACING and not {"pixel_spacing_mm", "intrinsics"} & fields.keys():
             fields["pixel_spacing_mm"] = list(spacing)
         return read_xray(file, fields=fields, entry_name=place)
@@ -102,26 +108,44 @@ def read_source(source: XraySource) -> Xray:
 
 def describe(source: XraySource, xray: Xray) -> XrayReport:
     """The texts about an X-ray that could be read."""
-    if xray.camera == "known":
-        camera = _("known exactly")
-    elif xray.camera == "absent":
-        camera = _("none yet: it will be searched for, or place the C-arm")
-    elif xray.initial_radius is not None:
-        camera = _("a guess, within {degrees:.0f} deg and {mm:.0f} mm").format(
-            degrees=xray.initial_radius[0], mm=xray.initial_radius[1]
-        )
-    else:
-        camera = _("a guess")
+    camera = camera_text(source, xray)
     warnings = len(xray.warnings)
     state = _("ready") if not warnings else _("ready; {count} remarks").format(count=warnings)
     details = (*(_("Remark: {text}").format(text=each) for each in xray.warnings), *xray.provenance)
-    return XrayReport(xray, geometry_origin(source), camera, state, details)
+    doubtful = source.found is not None and not source.found.sure
+    return XrayReport(xray, geometry_origin(source), camera, state, details, doubtful)
+
+
+def camera_text(source: XraySource, xray: Xray) -> str:
+    """How the registration takes an X-ray's camera, in words."""
+    found = source.found
+    if found is not None:
+        if not found.taken:
+            return _("none yet: a doubtful one was found, look at it")
+        if not found.sure:
+            return _("a doubtful guess, taken all the same")
+        return _("found, within {degrees:.0f} deg and {mm:.0f} mm").format(
+            degrees=found.within[0], mm=found.within[1]
+        )
+    if source.way is Way.LANDMARKS:
+        return _("a guess from landmarks") if xray.camera != "absent" else _("none yet: pick landmarks")
+    if xray.camera == "known":
+        return _("known exactly")
+    if xray.camera == "absent":
+        return _("none yet: it will be searched for, or place the C-arm")
+    if xray.initial_radius is not None:
+        return _("a guess, within {degrees:.0f} deg and {mm:.0f} mm").format(
+            degrees=xray.initial_radius[0], mm=xray.initial_radius[1]
+        )
+    return _("a guess")
 
 
 def geometry_origin(source: XraySource) -> str:
     """Where the geometry comes from, in words."""
     origins = []
-    if source.camera_transform is not None:
+    if not source.way.by_transform and source.way is not Way.DICOM:
+        origins.append(source.way.label())
+    elif source.starts_from_transform:
         origins.append(_("transform"))
     elif source.fields.get("extrinsic") is not None:
         known = source.fields.get("camera") == "known"
@@ -160,6 +184,8 @@ def geometry_from_file(path: str | Path, source: XraySource, number: int) -> dic
                 "{file} says nothing about the geometry of '{xray}': choose a study file whose \"xrays\" hold it."
             ).format(file=path.name, xray=source.name)
         )
+    if fields.get("calibration"):
+        fields["calibration"] = str((path.parent / fields["calibration"]).resolve())
     return fields
 
 
@@ -199,7 +225,7 @@ def _is_dicom(path: str) -> bool:
 def _key(source: XraySource) -> str:
     """Changes whenever reading the X-ray would give something else."""
     path, frame = source.file()
-    entry = source.entry(path, frame)
+    entry = source.shown_entry(path, frame)
     if path:
         stamp = f"{os.stat(path).st_mtime_ns}"
     else:
@@ -207,4 +233,7 @@ def _key(source: XraySource) -> str:
         stamp = f"{image.GetID()} {image.GetMTime()}"
         if image.IsA("vtkMRMLScalarVolumeNode") and image.GetImageData() is not None:
             stamp += f" {image.GetImageData().GetMTime()}"
-    return json.dumps([stamp, frame, source.frame, entry], sort_keys=True, default=str)
+    found = None if source.found is None else source.found.stored()
+    return json.dumps(
+        [stamp, frame, source.frame, entry, source.way.value, found], sort_keys=True, default=str
+    )

@@ -14,7 +14,10 @@ import vtk
 
 from PolyPoseLib.errors import InputError
 
+from .camera_finding import CameraFinding
+from .camera_way import Way, entry_of_way
 from .frames import flip_affine, from_vtk
+from .landmark_lists import CAMERA_REFERENCE, pairs_of
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,8 @@ class XraySource:
         what the file says. "extrinsic" is world (LPS) to camera.
     camera_transform: a transform from the camera's axes (x columns, y rows, z to the detector) to the world; it
         stands for "extrinsic".
+    way: where the first camera comes from. ct_landmarks, xray_landmarks: lists of points for it.
+    found: what a search of the camera found last.
     """
 
     image: slicer.vtkMRMLNode | None = None
@@ -35,6 +40,10 @@ class XraySource:
     frame: int | None = None
     fields: Mapping[str, Any] = field(default_factory=dict)
     camera_transform: slicer.vtkMRMLTransformNode | None = None
+    way: Way = Way.AUTO
+    ct_landmarks: slicer.vtkMRMLMarkupsFiducialNode | None = None
+    xray_landmarks: slicer.vtkMRMLMarkupsFiducialNode | None = None
+    found: CameraFinding | None = None
 
     def __post_init__(self) -> None:
         """Raise InputError, as one sentence, when there is no X-ray."""
@@ -107,16 +116,41 @@ class XraySource:
             raise InputError(f"The X-ray '{self.name}' has no frame {frame}.")
         return np.array(values[frame or 0]), (down, across)
 
+    @property
+    def starts_from_transform(self) -> bool:
+        """Whether the registration starts from the camera's transform node."""
+        taken = self.found is not None and self.found.taken
+        return self.camera_transform is not None and (self.way.by_transform or taken)
+
+    @property
+    def landmark_camera(self) -> slicer.vtkMRMLLinearTransformNode | None:
+        """The camera's transform that the landmarks gave, when the camera comes from them."""
+        if self.way is not Way.LANDMARKS or self.xray_landmarks is None:
+            return None
+        return self.xray_landmarks.GetNodeReference(CAMERA_REFERENCE)
+
     def entry(self, image: str, frame: int | None) -> dict[str, Any]:
-        """The X-ray's object in a study file."""
-        entry = {key: value for key, value in self.fields.items() if value is not None}
-        entry |= {"image": image, "name": self.name}
-        entry.pop("frame", None)
-        if frame is not None:
-            entry["frame"] = int(frame)
-        if self.camera_transform is not None:
-            entry["extrinsic"] = extrinsic_of(self.camera_transform).tolist()
+        """The X-ray's object in a study file, for the registration."""
+        extrinsic = extrinsic_of(self.camera_transform).tolist() if self.starts_from_transform else None
+        landmarks = pairs_of(self.ct_landmarks, self.xray_landmarks).entries()
+        return self._with_image(entry_of_way(self.way, self._given(), extrinsic, landmarks), image, frame)
+
+    def shown_entry(self, image: str, frame: int | None) -> dict[str, Any]:
+        """The same for the panel, which shows the camera that landmarks gave instead of reading them again."""
+        node = self.camera_transform if self.starts_from_transform else self.landmark_camera
+        extrinsic = None if node is None else extrinsic_of(node).tolist()
+        entry = self._with_image(entry_of_way(self.way, self._given(), extrinsic, []), image, frame)
+        for key in ("mask", "calibration"):
+            if entry.get(key):
+                entry[key] = Path(entry[key])  # the user has chosen it, wherever it lies
         return entry
+
+    def _given(self) -> dict[str, Any]:
+        return {key: value for key, value in self.fields.items() if value is not None and key != "frame"}
+
+    def _with_image(self, entry: dict[str, Any], image: str, frame: int | None) -> dict[str, Any]:
+        entry |= {"image": image, "name": self.name}
+        return entry if frame is None else {**entry, "frame": int(frame)}
 
 
 def _frame_node(sequence: slicer.vtkMRMLSequenceNode, frame: int | None) -> slicer.vtkMRMLScalarVolumeNode:

@@ -14,7 +14,8 @@ from slicer.i18n import tr as _
 from vtk.util.numpy_support import numpy_to_vtk
 
 from .cameras import SceneCamera
-from .frames import flip_vectors, to_vtk
+from .frames import flip_vectors, from_vtk, to_vtk
+from .pixel_frames import place
 
 PART_ATTRIBUTE = "PolyPose.View"
 """Attribute of the nodes that are drawn here: the view's number and what the node is."""
@@ -73,18 +74,56 @@ def show_image(number: int, picture: XrayPicture, rgb: np.ndarray) -> slicer.vtk
         node.CreateDefaultDisplayNodes()
         node.GetDisplayNode().SetSaveWithScene(False)
     node.EndModify(was)
+    place(number, picture.plane, picture.xray.shape[1], picture.mirrored)
     detector = part(number, "detector")
     if detector is not None:
         _set_texture(detector, image)
     return node
 
 
+def move(number: int, picture: XrayPicture) -> None:
+    """Put the view's image, C-arm and points where the picture is now; a zoomed slice view stays zoomed."""
+    node = part(number, "image")
+    if node is None or node.GetImageData() is None:
+        return
+    matrix = vtk.vtkMatrix4x4()
+    node.GetIJKToRASMatrix(matrix)
+    columns, rows, _slices = node.GetImageData().GetDimensions()
+    plane = _shrunk_plane(picture, (rows, columns))
+    motion = plane @ np.linalg.inv(from_vtk(matrix))
+    node.SetIJKToRASMatrix(to_vtk(plane))
+    place(number, picture.plane, picture.xray.shape[1], picture.mirrored)
+    if part(number, "beam") is not None:
+        show_carm(number, picture)
+    logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(view_name(number))
+    rigid = np.allclose(motion[:3, :3].T @ motion[:3, :3], np.eye(3), atol=1e-6)
+    if logic is not None and rigid:
+        slice_node = logic.GetSliceNode()
+        slice_node.GetSliceToRAS().DeepCopy(to_vtk(motion @ from_vtk(slice_node.GetSliceToRAS())))
+        slice_node.UpdateMatrices()
+
+
+def plane_of(number: int, width: int) -> np.ndarray | None:
+    """Where a view shows its X-ray of `width` columns now: (column, row, slice, 1) to RAS mm; None: nowhere."""
+    node = part(number, "image")
+    if node is None or node.GetImageData() is None:
+        return None
+    matrix = vtk.vtkMatrix4x4()
+    node.GetIJKToRASMatrix(matrix)
+    return from_vtk(matrix) @ np.linalg.inv(_blocks(width, node.GetImageData().GetDimensions()[0]))
+
+
 def _shrunk_plane(picture: XrayPicture, shape: tuple[int, ...]) -> np.ndarray:
     """Index to RAS of an image that shows the X-ray in blocks of whole pixels."""
-    factor = max(1, picture.xray.shape[1] // shape[1])
+    return picture.plane @ _blocks(picture.xray.shape[1], shape[1])
+
+
+def _blocks(width: int, shown: int) -> np.ndarray:
+    """(4, 4) from pixels of a picture with `shown` columns to those of the X-ray, of which each holds a block."""
+    factor = max(1, width // shown)
     blocks = np.diag([factor, factor, 1.0, 1.0])
     blocks[:2, 3] = (factor - 1) / 2
-    return picture.plane @ blocks
+    return blocks
 
 
 def show_carm(number: int, picture: XrayPicture) -> None:

@@ -28,13 +28,14 @@ _THREE_D_MANAGERS = (
 class _View:
     """One window with one renderer and Slicer's displayable managers."""
 
-    def __init__(self, factory: Any, managers: tuple[str, ...], size: tuple[int, int]) -> None:
+    def __init__(self, factory: Any, managers: tuple[str, ...], size: tuple[int, int], style: Any) -> None:
         self.renderer, self.window = vtk.vtkRenderer(), vtk.vtkRenderWindow()
         self.window.SetOffScreenRendering(1)
         self.window.SetSize(*size)
         self.window.AddRenderer(self.renderer)
         self.interactor = vtk.vtkRenderWindowInteractor()
         self.interactor.SetRenderWindow(self.window)
+        self.interactor.SetInteractorStyle(vtk.vtkInteractorStyleUser())
         self.interactor.Initialize()
         factory = factory.GetInstance()
         factory.SetMRMLApplicationLogic(slicer.app.applicationLogic())
@@ -44,6 +45,31 @@ class _View:
         self.group = slicer.vtkMRMLDisplayableManagerGroup()
         self.group.SetRenderer(self.renderer)
         self.group.Initialize(factory, self.renderer)
+        # What hands the mouse to the displayable managers, in Slicer's view widgets too.
+        self.mouse = style
+        self.mouse.SetDisplayableManagers(self.group)
+        self.mouse.SetInteractor(self.interactor)
+
+    def move(self, column: float, row: float) -> None:
+        """Move the mouse to a place in pixels from the lower left corner."""
+        self.window.Render()
+        self.interactor.SetEventInformation(round(column), round(row), 0, 0)
+        self.interactor.InvokeEvent("MouseMoveEvent")
+
+    def click(self, column: float, row: float) -> None:
+        """Move the mouse there and click its left button."""
+        self.interactor.InvokeEvent("EnterEvent")
+        self.move(column, row)
+        self.interactor.InvokeEvent("LeftButtonPressEvent")
+        self.interactor.InvokeEvent("LeftButtonReleaseEvent")
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        """Press the left button at one place and release it at another."""
+        self.interactor.InvokeEvent("EnterEvent")
+        self.move(*start)
+        self.interactor.InvokeEvent("LeftButtonPressEvent")
+        self.move(*end)
+        self.interactor.InvokeEvent("LeftButtonReleaseEvent")
 
     def image(self) -> vtk.vtkImageData:
         """Draw, and return the picture."""
@@ -69,7 +95,8 @@ class SliceView(_View):
     def __init__(
         self, name: str = "Red", orientation: str = "Axial", size: tuple[int, int] = (400, 400)
     ) -> None:
-        super().__init__(slicer.vtkMRMLSliceViewDisplayableManagerFactory, _SLICE_MANAGERS, size)
+        style = slicer.vtkMRMLSliceViewInteractorStyle()
+        super().__init__(slicer.vtkMRMLSliceViewDisplayableManagerFactory, _SLICE_MANAGERS, size, style)
         self.renderer.GetActiveCamera().ParallelProjectionOn()
         application = slicer.app.applicationLogic()
         self.logic = slicer.vtkMRMLSliceLogic()
@@ -85,6 +112,7 @@ class SliceView(_View):
         if application.GetSliceLogics() is None:
             application.SetSliceLogics(vtk.vtkCollection())
         application.GetSliceLogics().AddItem(self.logic)
+        self.mouse.SetSliceLogic(self.logic)
         self.group.SetMRMLDisplayableNode(self.node)
         self._mapper = vtk.vtkImageMapper()
         self._mapper.SetColorWindow(255)
@@ -108,6 +136,7 @@ class SliceView(_View):
 
     def close(self) -> None:
         """Take the view out of the application."""
+        self.mouse.SetInteractor(None)
         slicer.app.applicationLogic().GetSliceLogics().RemoveItem(self.logic)
 
 
@@ -115,7 +144,8 @@ class ThreeDView(_View):
     """A 3D view; `node` is the real view node."""
 
     def __init__(self, name: str = "1", size: tuple[int, int] = (500, 400)) -> None:
-        super().__init__(slicer.vtkMRMLThreeDViewDisplayableManagerFactory, _THREE_D_MANAGERS, size)
+        style = slicer.vtkMRMLThreeDViewInteractorStyle()
+        super().__init__(slicer.vtkMRMLThreeDViewDisplayableManagerFactory, _THREE_D_MANAGERS, size, style)
         self.logic = slicer.vtkMRMLViewLogic()
         self.logic.SetMRMLApplicationLogic(slicer.app.applicationLogic())
         self.logic.SetMRMLScene(slicer.mrmlScene)

@@ -1,0 +1,58 @@
+"""How an X-ray's first camera was found and how sure it is, in words for the panel."""
+
+from __future__ import annotations
+
+from html import escape
+
+from slicer.i18n import tr as _
+
+from .camera_finding import CameraFinding
+from .camera_way import Way
+from .panel_xrays import DOUBT_COLOR
+from .xray_reading import XrayReport
+from .xray_source import XraySource
+
+
+def finding_lines(found: CameraFinding) -> list[str]:
+    """How a camera was found, its similarity beside the runner-up's, and what is doubtful."""
+    lines = [
+        _("Found: {how}.").format(how=found.how),
+        _("Expected within {degrees:.0f} deg and {mm:.0f} mm.").format(
+            degrees=found.within[0], mm=found.within[1]
+        ),
+    ]
+    if found.similarity is not None:
+        second = _("no other view comes near")
+        if found.runner_up is not None:
+            second = _("the next best view has {value:.2f}").format(value=found.runner_up)
+        lines.append(_("Similarity {value:.2f}; {second}.").format(value=found.similarity, second=second))
+    lines += list(found.warnings)
+    if not found.sure:
+        lines.append(
+            _("It is doubtful, and was taken all the same.")
+            if found.taken
+            else _("It is doubtful and was not taken: look at it, then use it all the same or forget it.")
+        )
+    return lines
+
+
+def way_lines(source: XraySource, report: XrayReport) -> list[str]:
+    """What the chosen way gives before anything was searched."""
+    xray = report.xray
+    if xray is None:
+        return [_("The X-ray is not ready: give what it lacks above.")]
+    if source.way is Way.CALIBRATION:
+        if not source.fields.get("calibration"):
+            return [_("Choose the calibration's file.")]
+        return [_("The calibration's pose is used; its world must be the CT's (LPS, mm).")]
+    if source.way is Way.DICOM and xray.extrinsic is None:
+        return [_("Its file tells no angles: choose another way.")]
+    if source.way is Way.SEARCH:
+        return [_("Not searched yet: find it here, or the registration searches when it starts.")]
+    return []
+
+
+def html_of(lines: list[str], doubtful: bool) -> str:
+    """Lines as rich text; what has to be minded is marked by a sign and a colour."""
+    text = "<br>".join(escape(line) for line in lines)
+    return f'<span style="color:{DOUBT_COLOR}">&#9888; {text}</span>' if text and doubtful else text
