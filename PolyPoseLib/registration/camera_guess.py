@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -15,11 +16,20 @@ from PolyPoseLib.registration.hypotheses import Hypothesis, doubts
 from PolyPoseLib.registration.levels import Measured
 from PolyPoseLib.registration.monitor import Monitor
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.registration.search import DENSE, USUAL, SearchRange, find_cameras
+from PolyPoseLib.registration.search import (
+    DENSE,
+    USUAL,
+    SearchRange,
+    find_cameras,
+    perturbed,
+    refine_cameras,
+)
 from PolyPoseLib.rendering.backend import Backend
 
-METHODS = ("auto", "dicom", "landmarks", "search")
-"""Ways to a first camera; auto takes the first that applies: what is given, landmarks, DICOM, search."""
+METHODS = ("auto", "dicom", "landmarks", "search", "learned")
+"""Ways to a first camera; auto takes the first that applies: what is given, landmarks, DICOM, a regressor where there is
+one, search.
+"""
 
 GIVEN_RADIUS = (5.0, 20.0)
 """Degrees and mm within which an extrinsic that a study gives as a guess is taken to be true."""
@@ -35,6 +45,27 @@ LANDMARK_RMS_MM = 5.0
 
 LANDMARK_SHARE = 0.7
 """Of the landmarks that must agree: any four or five nearly fit some camera."""
+
+
+LEARNED_COPIES = 12
+"""Perturbed copies of a regressor's first answer that are refined beside it."""
+
+
+class Regressor(Protocol):
+    """Proposes cameras for X-rays of the patient it was trained on (PolyPoseLib.learned.regress).
+
+    how: what it is, for people.
+    """
+
+    how: str
+
+    def covers(self, xray: Xray) -> bool:
+        """Whether it was trained for the directions in question."""
+        ...
+
+    def starts(self, xray: Xray) -> list[Camera]:
+        """Cameras, likeliest first; raises InputError when it was not trained for the X-ray's standard view."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -56,7 +87,13 @@ class Guess:
 
 
 def initial_camera(
-    scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str, method: str = "auto"
+    scene: Scene,
+    xray: Xray,
+    backend: Backend,
+    monitor: Monitor,
+    stage: str,
+    method: str = "auto",
+    model: Regressor | None = None,
 ) -> Guess:
     """A camera for an X-ray whose camera is not known, from which stage A can start.
 
@@ -67,6 +104,7 @@ def initial_camera(
         monitor: progress and cancelling.
         stage: name in the progress.
         method: one of METHODS; "dicom" searches within the radius of DICOM's guess.
+        model: for "learned", which "auto" chooses only with a model.
 
     Raises:
         InputError: the method does not apply to this X-ray, or its landmarks are wrong.
@@ -84,6 +122,11 @@ def initial_camera(
         raise InputError(
             f'X-ray "{xray.name}": it has no "landmarks"; add four pairs or choose another method.'
         )
+    if method == "learned" and model is None:
+        raise InputError(
+            f'X-ray "{xray.name}": "learned" needs a camera model: train one with python -m PolyPoseLib train and give it '
+            'with --model or as the option "camera_model".'
+        )
     if method == "auto" and xray.extrinsic is not None and not guessed:
         camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)
         return Guess(camera, True, GIVEN_RADIUS, "the guess given in the study")
@@ -91,7 +134,34 @@ def initial_camera(
         return landmark_camera(scene, xray, backend, monitor, stage)
     if guessed and method != "search":
         return _around_dicom(scene, xray, backend, monitor, stage, fall_back=method == "auto")
+    if method == "learned":
+        return learned_camera(scene, xray, model, backend, monitor, stage)
+    if method == "auto" and model is not None and model.covers(xray):
+        return _learned_or_searched(scene, xray, model, backend, monitor, stage)
     return searched_camera(scene, xray, backend, monitor, stage)
+
+
+def learned_camera(
+    scene: Scene, xray: Xray, model: Regressor, backend: Backend, monitor: Monitor, stage: str
+) -> Guess:
+    """A regressor's answers, refined and judged as those of a search are."""
+    starts = model.starts(xray)
+    rng = np.random.default_rng(0)
+    starts += [perturbed(starts[0], scene.anchor_centre, rng) for _ in range(LEARNED_COPIES)]
+    measured = Measured(xray.image, xray.mask, starts[0])
+    found = refine_cameras(scene, measured, starts, backend, monitor, stage)
+    return judged_guess(found, model.how, xray.name)
+
+
+def _learned_or_searched(
+    scene: Scene, xray: Xray, model: Regressor, backend: Backend, monitor: Monitor, stage: str
+) -> Guess:
+    """The regressor's camera; when it is doubtful, perhaps a better one by search."""
+    learned = learned_camera(scene, xray, model, backend, monitor, stage)
+    if learned.sure:
+        return learned
+    searched = searched_camera(scene, xray, backend, monitor, stage)
+    return searched if (searched.similarity or 0.0) > (learned.similarity or 0.0) else learned
 
 
 def landmark_camera(scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str) -> Guess:

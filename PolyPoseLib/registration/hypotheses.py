@@ -64,7 +64,7 @@ def judge_camera(
     pixels = measured.camera.project(points)
     bounds = (measured.camera.width - 0.5, measured.camera.height - 0.5)
     share = float(((pixels >= -0.5) & (pixels <= bounds)).all(axis=1).mean())
-    view = view_at(level, measured, centre)
+    view = view_at(level, measured, centre, expect_noise=False)
     rest = State(np.eye(4)[None], np.eye(4)[None])
     anchor = RigidProblem([scene.bodies(size)[scene.anchor]], [view], [], [0], centre, size, backend)
     region = within(covered(anchor, rest, 0, [0]), REACH_MM / pixel_size_mm(view.camera, centre))

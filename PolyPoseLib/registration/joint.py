@@ -35,12 +35,11 @@ BONE_RADIUS_MM = 50.0
 
 
 @dataclass(frozen=True)
-class JointPlan:
-    """Levels before and after every bone is started anew at ``restart_level`` (None: not at all)."""
+class JointStage:
+    """One level of the fit; before it, every bone is started anew at ``restart`` (None: not)."""
 
-    first_levels: tuple[Level, ...]
-    restart_level: Level | None
-    last_levels: tuple[Level, ...]
+    level: Level
+    restart: Level | None = None
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ def fit_structures(
     measured: Sequence[Measured],
     poses: np.ndarray,
     free_cameras: Sequence[int],
-    plan: JointPlan,
+    stages: Sequence[JointStage],
     backend: Backend,
     monitor: Monitor,
     preview: Callable[[DisplacementField], str | None] | None = None,
@@ -69,14 +68,13 @@ def fit_structures(
     free_cameras: indices of the X-rays whose camera may still move; preview: given the coarse displacement field
     whenever it is made anew.
     """
-    levels = (*plan.first_levels, *plan.last_levels)
-    total = sum(level.iterations for level in levels)
+    total = sum(stage.level.iterations for stage in stages)
     done = 0
     measured = list(measured)
-    for number, level in enumerate(levels):
-        if number == len(plan.first_levels) and plan.restart_level is not None:
-            poses = restart_bones(scene, soft, measured, poses, plan.restart_level, backend, monitor)
-        fit = _LevelFit(scene, soft, measured, free_cameras, level, backend)
+    for stage in stages:
+        if stage.restart is not None:
+            poses = restart_bones(scene, soft, measured, poses, stage.restart, backend, monitor)
+        fit = _LevelFit(scene, soft, measured, free_cameras, stage.level, backend)
 
         def before_step(
             state: State, iteration: int, cost: float, fit: _LevelFit = fit, done: int = done
@@ -92,7 +90,7 @@ def fit_structures(
             Measured(m.image, m.mask, corrected(m.camera, c))
             for m, c in zip(measured, solution.state.corrections, strict=True)
         ]
-        done += level.iterations
+        done += stage.level.iterations
     return JointResult(poses, [m.camera for m in measured], fit.problem, solution.state)
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.local_contrast import LocalContrast
+from PolyPoseLib.registration.noise import noise_map
 from PolyPoseLib.registration.problem import View
 
 FLAT_LINE_INTEGRAL = 0.03
@@ -40,6 +42,11 @@ class Measured:
     mask: np.ndarray
     camera: Camera
 
+    @cached_property
+    def noise(self) -> np.ndarray:
+        """(H, W) standard deviation of the X-ray's noise, in line integrals."""
+        return noise_map(self.image, self.mask)
+
 
 def pixel_size_mm(camera: Camera, point: np.ndarray) -> float:
     """Size in mm of a pixel at the depth of ``point`` (3,) LPS mm."""
@@ -47,21 +54,31 @@ def pixel_size_mm(camera: Camera, point: np.ndarray) -> float:
     return max(depth, 1.0) / float(camera.intrinsics[0, 0])
 
 
-def view_at(level: Level, measured: Measured, centre: np.ndarray) -> View:
-    """The X-ray at a level's resolution; ``centre`` (3,) LPS mm is where the level's millimetres are measured."""
+def view_at(level: Level, measured: Measured, centre: np.ndarray, expect_noise: bool = True) -> View:
+    """The X-ray at a level's resolution; ``centre`` (3,) LPS mm is where the level's millimetres are measured.
+
+    expect_noise: compare and weigh as the X-ray's noise suggests; without it residuals are those of local correlation.
+    """
     pixel = pixel_size_mm(measured.camera, centre)
     factor = max(1, round(level.size_mm / pixel))
     factor = min(factor, max(1, min(measured.image.shape) // 16))
     image, mask = binned(measured.image, measured.mask, factor)
     camera = measured.camera.binned(factor)
     size = 2 * max(1, round(level.patch_mm / (pixel * factor) / 2)) + 1
-    contrast = LocalContrast(mask, size, FLAT_LINE_INTEGRAL)
+    noise = (
+        binned(measured.noise, measured.mask, factor)[0] / factor
+        if expect_noise
+        else np.zeros((), np.float32)
+    )
+    contrast = LocalContrast(mask, size, FLAT_LINE_INTEGRAL, noise)
+    target = contrast.normalise(image, noisy=True)
     return View(
         camera=camera,
         contrast=contrast,
-        target=contrast.normalise(image).values,
+        target=target.values,
         static=np.zeros(image.shape, np.float32),
         weight=mask.astype(np.float32),
+        noise_share=np.minimum(noise / target.deviation, 1.0) ** 2,
     )
 
 

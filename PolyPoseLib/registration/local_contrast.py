@@ -23,13 +23,15 @@ class LocalContrast:
     """Local normalisation with a mask.
 
     mask: (H, W) bool, pixels that count; size: odd patch width in pixels; floor: standard deviation (in line
-    integrals) below which a patch counts as flat, so that noise is not blown up.
+    integrals) below which a patch counts as flat, so that noise is not blown up; noise: standard deviation of the
+    X-ray's noise, a number or (H, W), which a rendering lacks: its patches are scaled as if it had it.
     """
 
-    def __init__(self, mask: np.ndarray, size: int, floor: float) -> None:
+    def __init__(self, mask: np.ndarray, size: int, floor: float, noise: np.ndarray | float = 0.0) -> None:
         self.mask = mask.astype(np.float32)
         self.size = size
         self.floor = floor
+        self.noise = noise
         share = box_mean(self.mask, size)
         self.share = np.maximum(share, 1e-6)
         self.support = (mask & (share > 0.25)).astype(np.float32)
@@ -38,13 +40,14 @@ class LocalContrast:
         """Patch means of (..., h, w) images that cover the given part of the whole."""
         return box_mean(images * self.mask[rows, columns], self.size) / self.share[rows, columns]
 
-    def normalise(self, image: np.ndarray) -> NormalisedImage:
-        """Return the normalised (H, W) image with what its derivative needs."""
+    def normalise(self, image: np.ndarray, noisy: bool = False) -> NormalisedImage:
+        """Return the normalised (H, W) image with what its derivative needs; noisy: it is the X-ray itself."""
         centred = np.where(self.mask > 0, image, 0).astype(np.float64)
         centred = centred - centred.sum() / max(self.mask.sum(), 1.0)
         mean = self.mean(centred)
         variance = np.maximum(self.mean(centred * centred) - mean * mean, 0)
-        deviation = np.sqrt(variance + self.floor**2)
+        lacking = 0.0 if noisy else self.noise**2
+        deviation = np.sqrt(variance + self.floor**2 + lacking)
         values = (centred - mean) / deviation * self.support
         return NormalisedImage(
             values.astype(np.float32),

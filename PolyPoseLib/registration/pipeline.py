@@ -15,7 +15,7 @@ from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.imaging.xray import place_isocenter
 from PolyPoseLib.options import Options
 from PolyPoseLib.progress import CancelQuery, ProgressCallback
-from PolyPoseLib.registration.camera_guess import initial_camera
+from PolyPoseLib.registration.camera_guess import Regressor, initial_camera
 from PolyPoseLib.registration.cameras import find_camera
 from PolyPoseLib.registration.joint import JointResult, fit_structures
 from PolyPoseLib.registration.levels import Measured
@@ -92,6 +92,15 @@ def resolve_device(device: str) -> str:
     return "cpu"
 
 
+def camera_model(study: Study, path: str | Path | None) -> Regressor | None:
+    """The study's camera regressor, or None; raises InputError when it is damaged or of another CT."""
+    if path is None:
+        return None
+    from PolyPoseLib.learned.regress import CameraRegressor
+
+    return CameraRegressor.load(Path(path), study.ct, study.structures, study.anchor)
+
+
 @dataclass(frozen=True)
 class _Cameras:
     """initial, refined: the X-rays with their cameras before and after stage A; free: those that may move."""
@@ -108,13 +117,14 @@ class _Cameras:
         """Stage A for every X-ray."""
         initial, refined, free, warnings = [], [], [], []
         xrays = place_isocenter(study.xrays, scene.anchor_centre)
+        model = camera_model(study, options.camera_model)
         for n, xray in enumerate(xrays):
             stage = f"camera {xray.name or n + 1}"
             with monitor.timed(stage):
                 if xray.camera == "known":
                     camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)
                 else:
-                    guess = initial_camera(scene, xray, backend, monitor, stage)
+                    guess = initial_camera(scene, xray, backend, monitor, stage, model=model)
                     camera = guess.camera
                     warnings.extend(guess.warnings)
                 first = Measured(xray.image, xray.mask, camera)

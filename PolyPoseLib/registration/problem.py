@@ -24,7 +24,8 @@ class View:
     """One X-ray at one resolution.
 
     camera: as guessed; contrast: local normalisation with the view's mask; target: (H, W) normalised X-ray;
-    static: (H, W) line integrals of what does not move rigidly; weight: (H, W) pixel weights.
+    static: (H, W) line integrals of what does not move rigidly; weight: (H, W) pixel weights; noise_share: (H, W)
+    share (0 to 1) of noise in the variance of ``target``, or 0.
     """
 
     camera: Camera
@@ -32,6 +33,7 @@ class View:
     target: np.ndarray
     static: np.ndarray
     weight: np.ndarray
+    noise_share: np.ndarray | float = 0.0
 
 
 @dataclass(frozen=True)
@@ -144,18 +146,17 @@ class RigidProblem:
 
     def cost(self, state: State) -> float:
         """Weighted mean of squared residuals over all views (0 = identical, 2 = unrelated), plus the prior."""
-        images = self._mean([self._view_cost(self.residual(state, n), v) for n, v in enumerate(self.views)])
-        return images + (self.prior.cost(state.poses) if self.prior else 0.0)
+        images = sum(self._view_cost(self.residual(state, n), view) for n, view in enumerate(self.views))
+        return images * self._scale() + (self.prior.cost(state.poses) if self.prior else 0.0)
 
     def normal_equations(self, state: State) -> Normal:
         """Gauss-Newton normal equations at ``state``."""
         matrix = np.zeros((self.size, self.size))
         gradient = np.zeros(self.size)
-        costs = []
+        cost, scale = 0.0, self._scale()
         for n, view in enumerate(self.views):
             linear = self.linearise(state, n)
-            costs.append(self._view_cost(linear.residual, view))
-            scale = 1.0 / (len(self.views) * max(float(view.weight.sum()), 1e-6))
+            cost += self._view_cost(linear.residual, view)
             weighted = [block.jacobian * view.weight[block.slices] for block in linear.blocks]
             for a, block in enumerate(linear.blocks):
                 rows = slice(block.first, block.first + 6)
@@ -168,7 +169,7 @@ class RigidProblem:
                     if b != a:
                         matrix[columns, rows] += product.T
         expected = self.prior.add_to(state.poses, matrix, gradient) if self.prior else 0.0
-        return Normal(self._mean(costs) + expected, matrix, gradient)
+        return Normal(cost * scale + expected, matrix, gradient)
 
     def linearise(self, state: State, view_index: int) -> Linearised:
         """Residual of a view and its derivative by those unknowns that the view depends on."""
@@ -196,15 +197,13 @@ class RigidProblem:
             blocks.append(Block(first, window, change))
         return Linearised(normalised.values - view.target, blocks)
 
-    @staticmethod
-    def _view_cost(residual: np.ndarray, view: View) -> float:
-        return float(
-            (view.weight * residual.astype(np.float64) ** 2).sum() / max(float(view.weight.sum()), 1e-6)
-        )
+    def _scale(self) -> float:
+        """One over the sum of all views' weights."""
+        return 1.0 / max(sum(float(view.weight.sum()) for view in self.views), 1e-6)
 
     @staticmethod
-    def _mean(costs: list[float]) -> float:
-        return sum(costs) / len(costs)
+    def _view_cost(residual: np.ndarray, view: View) -> float:
+        return float((view.weight * residual.astype(np.float64) ** 2).sum())
 
 
 def _overlap_product(first: Block, weighted: np.ndarray, second: Block) -> np.ndarray:

@@ -8,7 +8,7 @@ that ends at the lowest cost over one fixed region of the X-rays is kept.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from PolyPoseLib.registration.problem import RigidProblem, State, View
 from PolyPoseLib.registration.rigid_motion import about, perturbation
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.soft_tissue import SoftTissue
-from PolyPoseLib.registration.weighting import VISIBLE_LINE_INTEGRAL, within
+from PolyPoseLib.registration.weighting import VISIBLE_LINE_INTEGRAL, reliability, within
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import project_body
 
@@ -157,5 +157,5 @@ def _view_of_one_bone(
         row0, row1, column0, column1 = part.window
         shows[row0:row1, column0:column1] |= np.abs(part.image) > VISIBLE_LINE_INTEGRAL
     region = within(shows, REACH_MM / pixel_size_mm(view.camera, bone.scene.anchor_centre))
-    weight = (region & (view.contrast.support > 0)).astype(np.float32)
-    return View(view.camera, view.contrast, view.target, static, weight)
+    weight = np.where(region & (view.contrast.support > 0), reliability(view), 0).astype(np.float32)
+    return replace(view, static=static, weight=weight)

@@ -41,15 +41,6 @@ class Stage:
     copies: int = 0
 
 
-STAGES = (
-    Stage(Level(8.0, 60.0, 10), 20, 4.0),
-    Stage(Level(5.0, 40.0, 10), 6, 3.0),
-    Stage(Level(5.0, 40.0, 12), 10, 1.0, copies=12),
-    Stage(Level(3.0, 25.0, 15), 6, 1.5),
-    Stage(Level(2.5, 20.0, 15), 3, 3.0),
-)
-"""From the first correlations to cameras that a registration can start from."""
-
 SAME_MM = 2.0
 """Hypotheses that are this close vote for the same camera."""
 
@@ -160,6 +151,47 @@ def find_cameras(
     return found
 
 
+def coarse_cameras(
+    scene: Scene,
+    measured: Measured,
+    searched: SearchRange,
+    backend: Backend,
+    monitor: Monitor,
+    stage: str,
+    density: Density = USUAL,
+) -> list[Camera]:
+    """Only the exhaustive part of :func:`find_cameras`, likeliest camera first; nothing is refined."""
+    points = anchor_points(scene.bodies(SIZE_MM)[scene.anchor], 300)
+    return _coarse(scene, measured, searched, density, points, backend, _Quiet(monitor, stage))
+
+
+def refine_cameras(
+    scene: Scene,
+    measured: Measured,
+    cameras: Sequence[Camera],
+    backend: Backend,
+    monitor: Monitor,
+    stage: str,
+    stages: Sequence[Stage] = STAGES,
+) -> list[Hypothesis]:
+    """Only the refinement of :func:`find_cameras`: from cameras that something else proposes, best first."""
+    points = anchor_points(scene.bodies(SIZE_MM)[scene.anchor], 300)
+    return _refined(scene, measured, cameras, stages, points, backend, _Quiet(monitor, stage))
+
+
+def perturbed(camera: Camera, centre: np.ndarray, rng: np.random.Generator) -> Camera:
+    """The camera turned and shifted at random, with ``centre`` (3,) LPS mm as the pivot."""
+    axis = rng.normal(size=3)
+    angle = np.radians(COPY_ROTATION_DEG) * np.cbrt(rng.uniform())
+    extrinsic = camera.extrinsic.copy()
+    middle = extrinsic[:3, :3] @ centre + extrinsic[:3, 3]
+    extrinsic[:3, :3] = (
+        Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix() @ extrinsic[:3, :3]
+    )
+    extrinsic[:3, 3] = middle + rng.uniform(-1, 1, 3) * COPY_SHIFT_MM - extrinsic[:3, :3] @ centre
+    return camera.with_extrinsic(extrinsic)
+
+
 def _refined(
     scene: Scene,
     measured: Measured,
@@ -176,7 +208,7 @@ def _refined(
         if step.copies:
             found = [replace(hypothesis, votes=1) for hypothesis in found]
             best = [hypothesis.camera for hypothesis in found[:2] for _ in range(step.copies)]
-            found += [Hypothesis(_copy(camera, scene.anchor_centre, rng), 0.0, 1.0) for camera in best]
+            found += [Hypothesis(perturbed(camera, scene.anchor_centre, rng), 0.0, 1.0) for camera in best]
         judged = []
         for n, start in enumerate(found):
             quiet.share = 0.5 + 0.5 * (number + n / len(found)) / len(stages)
@@ -187,19 +219,6 @@ def _refined(
             judged.append(replace(judgement, votes=start.votes))
         found = merged(judged, points, step.apart_mm, step.keep, SAME_MM)
     return found
-
-
-def _copy(camera: Camera, centre: np.ndarray, rng: np.random.Generator) -> Camera:
-    """The camera turned and shifted at random, with ``centre`` (3,) LPS mm as the pivot."""
-    axis = rng.normal(size=3)
-    angle = np.radians(COPY_ROTATION_DEG) * np.cbrt(rng.uniform())
-    extrinsic = camera.extrinsic.copy()
-    middle = extrinsic[:3, :3] @ centre + extrinsic[:3, 3]
-    extrinsic[:3, :3] = (
-        Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix() @ extrinsic[:3, :3]
-    )
-    extrinsic[:3, 3] = middle + rng.uniform(-1, 1, 3) * COPY_SHIFT_MM - extrinsic[:3, :3] @ centre
-    return camera.with_extrinsic(extrinsic)
 
 
 def _coarse(

@@ -37,7 +37,7 @@ def judge(
     scene: Scene, soft: SoftTissue, measured: Sequence[Measured], poses: np.ndarray, backend: Backend
 ) -> Judgement:
     """Local correlation of every X-ray with its rendering around all bones, for poses (K, 4, 4)."""
-    views = [view_at(JUDGED_AT, m, scene.anchor_centre) for m in measured]
+    views = [view_at(JUDGED_AT, m, scene.anchor_centre, expect_noise=False) for m in measured]
     bodies = scene.bodies(JUDGED_AT.size_mm)
     problem = RigidProblem(bodies, views, [], [], scene.anchor_centre, JUDGED_AT.size_mm, backend)
     state = State(poses, np.stack([np.eye(4)] * len(views)))
