@@ -14,23 +14,19 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import shutil
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 from benchmark_cases import STRUCTURES, VIEWS, case_folder, fused_study, parse_views
+from benchmark_runs import RESULTS, register_and_score
 from benchmark_tables import machine, write_tables
 
-from PolyPoseLib.evaluation.score import camera_errors, score_motion, score_result
+from PolyPoseLib.evaluation.score import camera_errors, score_motion
 from PolyPoseLib.evaluation.truth import Truth
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.warp.field import DisplacementField, covering_grid
 
-RESULTS = Path(__file__).parent / "results"
 MODES = ("still", "rigid", "paper", "default", "fast")
 """still: nothing done; rigid: all bones but the anchor as one body; the others are presets."""
 
@@ -98,16 +94,8 @@ def run_row(anatomy: str, views: str, seed: int, mode: str, arguments: argparse.
         return still(folder, truth)
     stands_for = fused_study(folder) if mode == "rigid" else None
     study = folder / ("study_rigid.json" if mode == "rigid" else "study.json")
-    output = folder / f"result_{mode}"
-    shutil.rmtree(output, ignore_errors=True)
     preset = mode if mode in ("paper", "fast") else "default"
-    command = [sys.executable, "-m", "PolyPoseLib", "register", str(study), "--output", str(output)]
-    command += ["--preset", preset, "--device", arguments.device, "--progress", "none"]
-    command += ["--threads", str(arguments.threads)] if arguments.threads else []
-    ran = run_measured(command, folder / f"log_{mode}.txt", arguments.limit)
-    if ran["exit_status"] not in (0, 3) or not output.is_dir():
-        return ran | {"failed": (folder / f"log_{mode}.txt").read_text().strip()[-500:]}
-    return ran | score_result(output, truth, stands_for)
+    return register_and_score(study, truth, mode, arguments, preset, stands_for)
 
 
 def still(folder: Path, truth: Truth) -> dict:
@@ -123,35 +111,6 @@ def still(folder: Path, truth: Truth) -> dict:
         for true, xray in zip(truth.cameras, xrays, strict=True)
     ]
     return table | {"exit_status": 0, "wall_seconds": 0.0, "peak_memory_mib": 0.0}
-
-
-def run_measured(command: list[str], log: Path, limit: float) -> dict:
-    """Run a command; its exit status, wall seconds and peak resident memory."""
-    start = time.perf_counter()
-    with log.open("w") as stream:
-        process = subprocess.Popen(command, stdout=stream, stderr=subprocess.STDOUT)
-        peak = 0.0
-        while process.poll() is None:
-            peak = max(peak, resident_mib(process.pid))
-            if time.perf_counter() - start > limit:
-                process.kill()
-            time.sleep(0.05)
-    return {
-        "exit_status": process.returncode,
-        "wall_seconds": time.perf_counter() - start,
-        "peak_memory_mib": peak,
-    }
-
-
-def resident_mib(pid: int) -> float:
-    """Largest resident memory so far of a process in MiB (Linux; NaN elsewhere)."""
-    try:
-        for line in Path(f"/proc/{pid}/status").read_text().splitlines():
-            if line.startswith("VmHWM"):
-                return float(line.split()[1]) / 1024
-    except OSError:
-        return 0.0 if os.name == "posix" and Path("/proc").is_dir() else float("nan")
-    return 0.0
 
 
 def describe(row: dict) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -71,11 +72,17 @@ def load_anatomy(name: str):
 
 
 def case_folder(
-    anatomy: str, views: str, seed: int, pixels: int, work: Path, options: SimulationOptions | None = None
+    anatomy: str,
+    views: str,
+    seed: int,
+    pixels: int,
+    work: Path,
+    options: SimulationOptions | None = None,
+    name: str = "",
 ) -> Path:
-    """The folder of one case, simulated unless it is there already."""
+    """The folder of one case, simulated unless it is there already; name: of options that are not the usual ones."""
     options = options or SimulationOptions()
-    folder = work / f"{anatomy}-{views}-{pixels}px-seed{seed}"
+    folder = work / "-".join(part for part in (anatomy, views, f"{pixels}px", f"seed{seed}", name) if part)
     settings = json.dumps({"options": repr(options)})
     stamp = folder / "settings.json"
     if stamp.is_file() and stamp.read_text() == settings:
@@ -110,9 +117,19 @@ def case_folder(
 def fused_study(folder: Path) -> dict[str, str]:
     """Write study_rigid.json, in which all moving structures are one body; returns {structure: its body}."""
     fields = json.loads((folder / "study.json").read_text())
-    anchor = fields["anchor"]
-    body = [label for name, labels in fields["structures"].items() if name != anchor for label in labels]
-    stands_for = {name: anchor if name == anchor else "body" for name in fields["structures"]}
-    fields["structures"] = {anchor: fields["structures"][anchor], "body": body}
+    moving = [name for name in fields["structures"] if name != fields["anchor"]]
+    fields["structures"], stands_for = fuse(fields["structures"], {"body": moving})
     (folder / "study_rigid.json").write_text(json.dumps(fields, indent=1))
     return stands_for
+
+
+def fuse(
+    structures: Mapping[str, list[int]], groups: Mapping[str, list[str]]
+) -> tuple[dict[str, list[int]], dict[str, str]]:
+    """Structures {name: labels} with those of each group {body: names} as one, and {structure: its body}."""
+    body_of = {name: body for body, names in groups.items() for name in names}
+    stands_for = {name: body_of.get(name, name) for name in structures}
+    fused: dict[str, list[int]] = {}
+    for name, labels in structures.items():
+        fused.setdefault(stands_for[name], []).extend(labels)
+    return fused, stands_for

@@ -57,9 +57,35 @@ def write_tables(rows: list[dict], path: Path) -> None:
         count, arc = views.split("x")
         parts.append(f"## {anatomy}, {count} views over {arc} degrees, {pixels} x {pixels} pixels\n")
         parts += [_modes(chosen), _structures(chosen)]
-    parts.append("## Measured on\n")
-    parts.append("\n".join(f"- {name}: {value}" for name, value in machine().items()) + "\n")
+    parts.append(measured_on(machine()))
     path.write_text("\n".join(parts), encoding="utf-8")
+
+
+def measured_on(found: dict[str, str]) -> str:
+    """The section that tells the machine, the versions and the date."""
+    return "## Measured on\n\n" + "\n".join(f"- {name}: {value}" for name, value in found.items()) + "\n"
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A Markdown table."""
+    head = list(head)
+    return "\n".join(_line(cells) for cells in (head, ["---"] * len(head), *rows)) + "\n"
+
+
+def mean_rows(groups: Iterable[tuple[str, list[dict]]]) -> list[list[str]]:
+    """Cells of COLUMNS per group of rows: means over them (the worst TRE is the worst of all)."""
+    lines = []
+    for name, rows in groups:
+        scored = [row for row in rows if "failed" not in row]
+        failed = len(rows) - len(scored)
+        cells = [name, f"{len(scored)}" + (f" ({failed} failed)" if failed else "")]
+        for column, number, form in COLUMNS:
+            values = np.array([number(row) for row in scored], dtype=float)
+            values = values[np.isfinite(values)]
+            reduce = np.max if column.startswith("worst") else np.mean
+            cells.append(form.format(reduce(values)) if len(values) else "-")
+        lines.append(cells)
+    return lines
 
 
 def moving_mean(row: dict, key: str) -> float:
@@ -69,32 +95,18 @@ def moving_mean(row: dict, key: str) -> float:
 
 
 def _modes(rows: list[dict]) -> str:
-    """Modes as rows, means over seeds (the worst TRE is the worst of all seeds)."""
-    lines = [_line(["mode", "seeds", *(name for name, _, _ in COLUMNS)]), _line(["---"] * (len(COLUMNS) + 2))]
-    for mode in _unique(row["mode"] for row in rows):
-        scored = [row for row in rows if row["mode"] == mode and "failed" not in row]
-        failed = sum(row["mode"] == mode and "failed" in row for row in rows)
-        cells = [mode, f"{len(scored)}" + (f" ({failed} failed)" if failed else "")]
-        for name, number, form in COLUMNS:
-            values = np.array([number(row) for row in scored], dtype=float)
-            values = values[np.isfinite(values)]
-            reduced = (
-                values.max()
-                if name.startswith("worst") and len(values)
-                else values.mean()
-                if len(values)
-                else None
-            )
-            cells.append("-" if reduced is None else form.format(reduced))
-        lines.append(_line(cells))
-    return "\n".join(lines) + "\n"
+    """Modes as rows, means over seeds."""
+    groups = [
+        (mode, [row for row in rows if row["mode"] == mode]) for mode in _unique(r["mode"] for r in rows)
+    ]
+    return table(["mode", "seeds", *(name for name, _, _ in COLUMNS)], mean_rows(groups))
 
 
 def _structures(rows: list[dict]) -> str:
     """Structures as rows, mean and worst mean TRE over the seeds, per mode."""
     modes = _unique(row["mode"] for row in rows if "failed" not in row)
     names = _unique(name for row in rows if "failed" not in row for name in row["structures"])
-    lines = [_line(["TRE mm: mean (worst seed)", *modes]), _line(["---"] * (len(modes) + 1))]
+    lines = []
     for name in names:
         cells = [name]
         for mode in modes:
@@ -104,8 +116,8 @@ def _structures(rows: list[dict]) -> str:
                 if row["mode"] == mode and "failed" not in row
             ]
             cells.append(f"{np.mean(values):.2f} ({np.max(values):.2f})")
-        lines.append(_line(cells))
-    return "\n".join(lines) + "\n"
+        lines.append(cells)
+    return table(["TRE mm: mean (worst seed)", *modes], lines)
 
 
 def _legend() -> str:

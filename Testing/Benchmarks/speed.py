@@ -19,8 +19,8 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from accuracy import RESULTS, resident_mib, run_measured
 from benchmark_cases import case_folder
+from benchmark_runs import RESULTS, register_command, resident_mib, run_measured
 from benchmark_tables import machine
 from speed_peers import Missing, OfficialIteration, diffdrr_projector, nanodrr_projector
 from speed_scenes import (
@@ -82,11 +82,17 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--pixels", type=int, default=200, help="rows and columns (default: 200)")
     parser.add_argument("--presets", nargs="+", default=["default", "paper"], help="whole registrations")
     parser.add_argument("--limit", type=float, default=7200, metavar="SECONDS", help="of one registration")
+    parser.add_argument(
+        "--quick", action="store_true", help="one round of small sizes: to see that it runs, not to quote"
+    )
     parser.add_argument("--work", type=Path, default=Path("benchmark-work"), help="where cases are kept")
     parser.add_argument("--output", type=Path, default=RESULTS, help="folder of the tables")
     parser.add_argument("--name", default="speed", help="of the tables' files")
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
-    return parser.parse_args()
+    arguments = parser.parse_args()
+    if arguments.quick:
+        arguments.rounds = 1
+    return arguments
 
 
 def interleaved(contestants: dict[str, Callable[[], object]], rounds: int) -> dict[str, dict[str, float]]:
@@ -184,9 +190,7 @@ def time_registrations(arguments: argparse.Namespace) -> dict:
     truth, rows = Truth.load(folder / "truth"), {}
     for preset in arguments.presets:
         output = folder / f"speed_{preset}"
-        command = [sys.executable, "-m", "PolyPoseLib", "register", str(folder / "study.json")]
-        command += ["--output", str(output), "--overwrite", "--preset", preset, "--device", "cpu"]
-        command += ["--threads", str(arguments.threads), "--progress", "none"]
+        command = register_command(folder / "study.json", output, preset, threads=arguments.threads)
         row = run_measured(command, folder / f"speed_{preset}.txt", arguments.limit)
         if row["exit_status"] in (0, 3):
             row |= {"summary": score_result(output, truth, None)["summary"]}
@@ -202,15 +206,18 @@ GROWTH = {
     "structures": (3, 6, 12, 24),
     "voxels": (64, 128, 192),
 }
+QUICK_BASE = {"views": 1, "pixels": 64, "structures": 3, "voxels": 48}
+QUICK_GROWTH = {"views": (1, 2), "pixels": (64, 128), "structures": (3, 6), "voxels": (48, 96)}
 
 
 def time_growth(arguments: argparse.Namespace, backend: Backend) -> dict:
     """Seconds of one iteration against views, pixels and voxels a side, and structures, with fitted exponents."""
     rows, exponents = [], {}
-    for factor, values in GROWTH.items():
+    base, growth = (QUICK_BASE, QUICK_GROWTH) if arguments.quick else (BASE, GROWTH)
+    for factor, values in growth.items():
         times = []
         for value in values:
-            size = BASE | {factor: value}
+            size = base | {factor: value}
             times.append(one_iteration(size, backend, arguments.rounds))
             rows.append({"factor": factor, **size, **times[-1]})
         exponents[factor] = {

@@ -1,0 +1,216 @@
+"""What an ablation changes: one setting of a simulated case or of the study that is registered, all else as usual."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from benchmark_cases import STRUCTURES, case_folder, fuse
+from scipy.ndimage import find_objects, zoom
+
+from PolyPoseLib.evaluation.simulate import SimulationOptions
+from PolyPoseLib.evaluation.xray_physics import XrayPhysics
+from PolyPoseLib.imaging.volume import Volume, read_volume, write_volume
+from PolyPoseLib.warp.distances import distance_at_voxels
+
+PHOTONS = XrayPhysics().photons
+VIEWS_ARC_DEG = 120.0
+"""Arc over which the study of the number of views spreads them."""
+
+FINE_MM = 1.0
+"""Labels are eroded on voxels no larger than this."""
+
+LEAST_KEPT = 0.1
+"""A structure keeps at least its deepest tenth."""
+
+GROUPS: dict[str, dict[int, dict[str, list[str]]]] = {
+    "pelvis": {
+        3: {
+            "femurs": ["femur_left", "femur_right"],
+            "lumbar_spine": [f"vertebrae_L{n}" for n in range(5, 0, -1)],
+        },
+        4: {"lumbar_spine": [f"vertebrae_L{n}" for n in range(5, 0, -1)]},
+        5: {
+            "vertebrae_L5_L4": ["vertebrae_L5", "vertebrae_L4"],
+            "vertebrae_L3_L1": ["vertebrae_L3", "vertebrae_L2", "vertebrae_L1"],
+        },
+        8: {},
+    },
+    "chest": {
+        5: {
+            "cage": ["ribs_left", "ribs_right", "sternum"],
+            "shoulder_left": ["clavicle_left", "scapula_left", "humerus_left"],
+            "shoulder_right": ["clavicle_right", "scapula_right", "humerus_right"],
+        },
+        7: {
+            "shoulder_left": ["clavicle_left", "scapula_left", "humerus_left"],
+            "shoulder_right": ["clavicle_right", "scapula_right", "humerus_right"],
+        },
+        11: {},
+    },
+}
+"""Bones fused into one structure, by the number of structures that remain; what is not named stays by itself."""
+
+BODY_AND_ANCHOR = 2
+"""With so few structures all bones but the anchor are one body."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """One row. photons: per pixel; structures: None for all; weights, weight_frame: None for the preset's."""
+
+    anatomy: str
+    seed: int
+    pixels: int
+    preset: str = "default"
+    views: int = 2
+    arc_deg: float = 30.0
+    photons: float = PHOTONS
+    structures: int | None = None
+    erosion_mm: float = 0.0
+    weights: str | None = None
+    weight_frame: str | None = None
+
+    def key(self) -> dict:
+        """Ready for JSON; equal for equal rows."""
+        return asdict(self)
+
+    def tag(self) -> str:
+        """A name for files: of what differs in the study, not in the case."""
+        parts = [self.preset, self.weights, self.weight_frame]
+        parts += [f"{self.structures}s"] if self.structures else []
+        parts += [f"{self.erosion_mm:g}mm"] if self.erosion_mm else []
+        return "-".join(part for part in parts if part)
+
+
+@dataclass(frozen=True)
+class Point:
+    """One line of a study's table. label: its name; position: on the plot's axis; changes: of Settings."""
+
+    label: str
+    position: float
+    changes: Mapping[str, object]
+
+
+# In words, the option "weights", the option "weight_frame".
+WEIGHTS = (
+    ("1/(1+0.1 d²), fixed (predecessor)", "epsilon", "fixed"),
+    ("m/(1+d²), fixed (paper)", "mass", "fixed"),
+    ("m/d², fixed", "rigid", "fixed"),
+    ("m/(1+d²), moving", "mass", "moving"),
+    ("m/d², moving (default)", "rigid", "moving"),
+)
+
+TITLES = {
+    "weights": "Weight functions",
+    "structures": "Number of structures",
+    "erosion": "Erosion of the labels, mm",
+    "views": f"Number of views over {VIEWS_ARC_DEG:g} degrees",
+    "angle": "Angle between two views, degrees",
+    "noise": "Photons per pixel",
+}
+
+
+def points(study: str, anatomy: str, weight_presets: Sequence[str]) -> list[Point]:
+    """The lines of a study."""
+    if study == "weights":
+        rows = [(preset, *weights) for preset in weight_presets for weights in WEIGHTS]
+        return [
+            Point(f"{preset}: {words}", n, {"preset": preset, **_weights(preset, form, frame)})
+            for n, (preset, words, form, frame) in enumerate(rows)
+        ]
+    if study == "structures":
+        most = len(STRUCTURES[anatomy])
+        return [
+            Point(str(n), n, {"structures": n if n < most else None})
+            for n in (BODY_AND_ANCHOR, *GROUPS[anatomy])
+        ]
+    if study == "erosion":
+        return [Point(f"{depth} mm", depth, {"erosion_mm": float(depth)}) for depth in range(7)]
+    if study == "views":
+        return [Point(str(n), n, {"views": n, "arc_deg": VIEWS_ARC_DEG}) for n in range(2, 10)]
+    if study == "angle":
+        angles = (10, 20, 30, 45, 60, 90, 120, 150, 180)
+        return [Point(f"{angle}°", angle, {"arc_deg": float(angle)}) for angle in angles]
+    return [Point(f"{n:g}", n, {"photons": n}) for n in (5e2, 2e3, 1e4, PHOTONS, 1e6)]
+
+
+def _weights(preset: str, form: str | None, frame: str | None) -> dict[str, str | None]:
+    """Options of a weight function; None where it is the preset's own, so that the usual row is not run twice."""
+    own = ("mass", "fixed") if preset == "paper" else ("rigid", "moving")
+    return (
+        {"weights": None, "weight_frame": None}
+        if (form, frame) == own
+        else dict(weights=form, weight_frame=frame)
+    )
+
+
+def settings_of(point: Point, base: Settings) -> Settings:
+    """The settings of a line."""
+    return replace(base, **point.changes)
+
+
+def prepare(settings: Settings, work: Path) -> tuple[Path, dict[str, str], float]:
+    """Simulate and write the study if necessary.
+
+    Returns its path, {structure of the truth: structure of the study}, and the percentage of the structures' voxels
+    that erosion left.
+    """
+    options = SimulationOptions(physics=XrayPhysics(photons=settings.photons))
+    name = "" if settings.photons == PHOTONS else f"{settings.photons:g}photons"
+    views = f"{settings.views}x{settings.arc_deg:g}"
+    folder = case_folder(settings.anatomy, views, settings.seed, settings.pixels, work, options, name)
+    fields = json.loads((folder / "study.json").read_text())
+    structures = fields["structures"]
+    if settings.structures == BODY_AND_ANCHOR:
+        groups = {"body": [name for name in structures if name != fields["anchor"]]}
+    else:
+        groups = GROUPS[settings.anatomy].get(settings.structures or len(structures), {})
+    fields["structures"], stands_for = fuse(structures, groups)
+    kept = 100.0
+    if settings.erosion_mm:
+        labels = read_volume(folder / fields["segmentation"])
+        less = eroded(labels, list(structures.values()), settings.erosion_mm)
+        bone = np.isin(labels.voxels, np.concatenate(list(structures.values())))
+        kept = 100 * float((less.voxels[bone] > 0).mean())
+        fields["segmentation"] = f"labels_eroded_{settings.erosion_mm:g}mm.nii.gz"
+        write_volume(less, folder / fields["segmentation"])
+    fields["options"] = {
+        key: value
+        for key in ("preset", "weights", "weight_frame")
+        if (value := getattr(settings, key)) is not None
+    }
+    study = folder / f"study_{settings.tag()}.json"
+    study.write_text(json.dumps(fields, indent=1))
+    return study, stands_for, kept
+
+
+def eroded(labels: Volume, groups: Sequence[Sequence[int]], depth_mm: float) -> Volume:
+    """The label map without the voxels of each group of labels whose centre lies less than ``depth_mm`` inside it.
+
+    The group's surface is where its mask, interpolated linearly between voxels, is one half; a thick voxel is thus not
+    all there or all gone.
+    """
+    voxels = labels.voxels.copy()
+    for group in groups:
+        mask = np.isin(labels.voxels, group)
+        box = find_objects(mask.astype(np.int8))[0]
+        box = tuple(slice(max(part.start - 2, 0), part.stop + 2) for part in box)
+        depth = _depths(np.pad(mask[box], 2), labels.spacing)[2:-2, 2:-2, 2:-2]
+        depth = np.where(mask[box], depth, np.inf)
+        limit = min(depth_mm, float(np.quantile(depth[mask[box]], 1 - LEAST_KEPT)))
+        voxels[box][depth < limit] = 0
+    return labels.with_voxels(voxels)
+
+
+def _depths(mask: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """How deep in mm the voxels' centres of a mask (k, j, i) lie below its surface; spacing: (3,) along (i, j, k)."""
+    # Odd factors, so that a fine voxel has its centre where a coarse one has.
+    factors = 2 * np.ceil((spacing / FINE_MM - 1) / 2).clip(0).astype(int) + 1
+    fine = zoom(mask.astype(np.float32), factors[::-1], order=1, mode="nearest", grid_mode=True) >= 0.5
+    inside = -distance_at_voxels(fine, spacing / factors, np.zeros(3, int))
+    middle = tuple(slice(f // 2, None, f) for f in factors[::-1].tolist())
+    return inside[middle] + float((spacing / factors).min()) / 2
