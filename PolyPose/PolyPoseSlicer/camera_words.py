@@ -54,5 +54,5 @@ def way_lines(source: XraySource, report: XrayReport) -> list[str]:
 
 def html_of(lines: list[str], doubtful: bool) -> str:
     """Lines as rich text; what has to be minded is marked by a sign and a colour."""
-    text = "<br>".join(escape(line) for line in lines)
+    text = "<br>".join(escape(line, quote=False) for line in lines)
     return f'<span style="color:{DOUBT_COLOR}">&#9888; {text}</span>' if text and doubtful else text

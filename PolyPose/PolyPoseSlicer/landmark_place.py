@@ -21,8 +21,12 @@ class PlaceMode:
         self._node: Any = None
 
     def follow(self) -> None:
-        """Notice when the user starts or ends placing points anywhere."""
+        """Notice when the user starts or ends placing points anywhere; a list that was deleted ends it."""
         if self._observed:
+            if self._node is not None and self._node.GetScene() is None:
+                self._switch_off()
+                self._node = None
+                self._look()
             return
         selection, interaction = self._nodes()
         self._observed = [
@@ -50,8 +54,7 @@ class PlaceMode:
     def end(self) -> None:
         """End placing points into the list that `start` was given; other tools of the user go on."""
         if self._node is not None and self.placing() is self._node:
-            _selection, interaction = self._nodes()
-            interaction.SetCurrentInteractionMode(slicer.vtkMRMLInteractionNode.ViewTransform)
+            self._switch_off()
         self._node = None
         self._look()
 
@@ -62,6 +65,10 @@ class PlaceMode:
             return None
         identifier = selection.GetActivePlaceNodeID()
         return slicer.mrmlScene.GetNodeByID(identifier) if identifier else None
+
+    def _switch_off(self) -> None:
+        _selection, interaction = self._nodes()
+        interaction.SetCurrentInteractionMode(slicer.vtkMRMLInteractionNode.ViewTransform)
 
     def _look(self, *_ignored: Any) -> None:
         self._changed(self.placing())

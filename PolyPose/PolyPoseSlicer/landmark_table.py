@@ -63,7 +63,7 @@ class LandmarkTable:
 
     def say(self, text: str, doubtful: bool = True) -> None:
         """Sentences below the table; what has to be minded is marked."""
-        html = escape(text).replace("\n", "<br>")
+        html = escape(text, quote=False).replace("\n", "<br>")
         if text and doubtful:
             html = f'<span style="color:{DOUBT_COLOR}">&#9888; {html}</span>'
         self._ui.landmarksText.text = html

@@ -42,8 +42,10 @@ class Panel:
         self.xrays = XraysPart(ui, self._xray_selected)
         self.carm = CarmPart(ui, self.xrays, self.renderer, self._show_views)
         requirements = host.resourcePath("requirements.txt")
-        self.cameras = CameraPart(ui, logic, requirements, self.xrays, self.carm.look_at)
         self.landmarks = LandmarksPart(ui, host, self.xrays, self._show_views, self.carm.reference)
+        self.cameras = CameraPart(
+            ui, logic, requirements, self.xrays, self.carm.look_at, self.landmarks.finish
+        )
         self.review = ReviewPart(ui, logic, self.renderer, self._reports, self.carm.reference)
         self.register = RegisterPart(ui, logic, requirements, self._result_came)
         scene = slicer.mrmlScene
@@ -83,6 +85,7 @@ class Panel:
     def use(self, parameters: PolyPoseParameterNode | None) -> None:
         """Follow another parameter node, or none."""
         if self.parameters is not None:
+            self.landmarks.stop()
             self.parameters.disconnectGui(self._connection)
             self._host.removeObserver(
                 self.parameters.parameterNode, vtk.vtkCommand.ModifiedEvent, self._changed
@@ -150,6 +153,7 @@ class Panel:
         self.cameras.show(self.parameters)
         self.landmarks.show(self.parameters)
         self.carm.xray_selected()
+        self.review.follow_cameras()
 
     def _show_views(self) -> None:
         self.review.show_layout()

@@ -40,10 +40,14 @@ class CameraPart:
         requirements: str,
         xrays: XraysPart,
         look_at: Callable[[np.ndarray], None],
+        settle: Callable[[], None],
     ) -> None:
-        """requirements: path of the list of Python packages that the child needs. look_at: shows an extrinsic."""
+        """requirements: path of the list of Python packages that the child needs. look_at: shows an extrinsic.
+
+        settle: stores what the user has just picked.
+        """
         self._ui, self._logic, self._requirements = ui, logic, requirements
-        self._xrays, self._look_at = xrays, look_at
+        self._xrays, self._look_at, self._settle = xrays, look_at, settle
         self._parameters: PolyPoseParameterNode | None = None
         self._run: CameraRun | None = None
         self._asked: tuple[PolyPoseParameterNode, list[XraySource]] | None = None
@@ -113,6 +117,7 @@ class CameraPart:
         if not rows:
             self._say(_("Every X-ray has a camera to start from."))
             return
+        self._settle()
         try:
             ensure_dependencies(self._requirements)
             self._run = self._logic.startCameras(rows, self._parameters)

@@ -49,6 +49,7 @@ class LandmarksPart:
         self._showing = False
         self._edited = False
         self.fit: LandmarkFit | None = None
+        self._fitted: Any = None
         self._row = -1
         self._table = LandmarkTable(ui)
         self._place = PlaceMode(host, self._mode_changed)
@@ -80,7 +81,10 @@ class LandmarksPart:
         for name in ("ctPlace", "xrayPlace", "ctLandmarks", "xrayLandmarks"):
             getattr(self._ui, name).enabled = source is not None and parameters.ct is not None
         self._place.follow()
-        self._solve_timer.start()
+        if source is None or source.way is not Way.LANDMARKS:
+            self.solve()
+        else:
+            self._solve_timer.start()
 
     def stop(self) -> None:
         """End picking, and leave no observer, timer or projection."""
@@ -138,7 +142,7 @@ class LandmarksPart:
             self._remove_projected()
             return
         pairs = landmark_lists.pairs_of(source.ct_landmarks, source.xray_landmarks)
-        self.fit = fit_landmarks(pairs, report.xray)
+        self.fit, self._fitted = fit_landmarks(pairs, report.xray), source.xray_landmarks
         self._table.show(self.fit)
         self._show_projected(source)
         if source.found is None or self._edited:
@@ -152,8 +156,10 @@ class LandmarksPart:
             return
         source, report = sources[row], self._xrays.reader.report(sources[row])
         xray = report.xray
-        if source.way is not Way.LANDMARKS or source.xray_landmarks is None or xray is None:
+        if source.way is not Way.LANDMARKS or xray is None:
             return
+        if source.xray_landmarks is None or source.xray_landmarks is not self._fitted:
+            return  # the rows were changed meanwhile
         self._edited = False
         node = source.landmark_camera
         if not self.fit.sure:
@@ -173,8 +179,13 @@ class LandmarksPart:
         set_camera(node or _new_camera(source), camera)
         fields = {**source.fields, "mirrored": xray.mirrored}
         self._xrays.change({row: replace(source, fields=fields, found=None)})
-        if not any(each is not None for each in self._parameters.outputCameras):
-            xray_views.move(row, self._picture(row))
+
+    def finish(self) -> None:
+        """Do at once what the timers would do."""
+        if self._solve_timer.isActive():
+            self.solve()
+        if self._settle_timer.isActive():
+            self.settle()
 
     def _source(self) -> XraySource | None:
         return self._xrays.source if self._parameters is not None else None
@@ -187,7 +198,7 @@ class LandmarksPart:
         self._settle_timer.stop()
         self._remove_projected()
         self._place.end()
-        self.fit, self._edited = None, False
+        self.fit, self._fitted, self._edited = None, None, False
         self._row = self._xrays.number
 
     def _chosen(self, *_ignored: Any) -> None:

@@ -76,6 +76,7 @@ class ReviewPart:
         for name in ("showAfter", "showGrid", "showGlyphs", "showJacobian", "saveReport"):
             getattr(ui, name).enabled = result
         ui.reviewState.text = self._state_text(result)
+        self.follow_cameras()
         names = ["", *(structures_of(parameters) if parameters is not None else [])]
         if [ui.weightStructure.itemText(n) for n in range(1, ui.weightStructure.count)] != names[1:]:
             self._setting = True
@@ -117,6 +118,14 @@ class ReviewPart:
         self._view_chosen()
         self.pictures.before = not self._after
         self.pictures.draw()
+
+    def follow_cameras(self) -> None:
+        """Put the pictures of the table's X-rays where their cameras are now; those of a result stay."""
+        if self._parameters is None or not self.pictures.items or outputs_of(self._parameters).cameras:
+            return
+        moved = self.pictures.move_to(pictures_of_inputs(self._reports(), self._reference()))
+        if moved and not self._after and not self._ui.carmLive.checked:
+            self._render_before()
 
     def show_layout(self) -> None:
         """Bring up PolyPose's layout with all pictures and C-arms."""

@@ -40,6 +40,20 @@ class Pictures:
         self.amount = [self.amount[n] if n < kept else 0.5 for n in range(len(items))]
         xray_views.remove_from(len(items))
 
+    def move_to(self, items: Sequence[XrayPicture]) -> bool:
+        """Take the cameras of the same views; True when one has moved. Other views than the shown are left."""
+        if [each.name for each in items] != [each.name for each in self.items]:
+            return False
+        moved = [
+            number
+            for number, (old, new) in enumerate(zip(self.items, items, strict=True))
+            if old.xray.shape == new.xray.shape and not np.allclose(old.plane, new.plane, atol=1e-6)
+        ]
+        for number in moved:
+            self.items[number] = items[number]
+            xray_views.move(number, items[number])
+        return bool(moved)
+
     def clear(self) -> None:
         """Forget all views and take them out of the scene."""
         self.items, self.mode, self.amount = [], [], []

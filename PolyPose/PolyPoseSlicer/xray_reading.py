@@ -233,7 +233,16 @@ def _key(source: XraySource) -> str:
         stamp = f"{image.GetID()} {image.GetMTime()}"
         if image.IsA("vtkMRMLScalarVolumeNode") and image.GetImageData() is not None:
             stamp += f" {image.GetImageData().GetMTime()}"
+    stamp += "".join(_stamp(entry[key]) for key in ("mask", "calibration") if entry.get(key))
     found = None if source.found is None else source.found.stored()
     return json.dumps(
         [stamp, frame, source.frame, entry, source.way.value, found], sort_keys=True, default=str
     )
+
+
+def _stamp(path: Path) -> str:
+    """Changes with a file's content; empty while there is none."""
+    try:
+        return f" {path.stat().st_mtime_ns}"
+    except OSError:
+        return ""

@@ -16,7 +16,7 @@ import slicer
 from slicer_case import INSIDE_SLICER, REPOSITORY, SlicerTestCase
 
 # isort: split
-from PolyPoseSlicer import parameters, registration
+from PolyPoseSlicer import camera_run, parameters, registration
 from PolyPoseSlicer.xray_source import XraySource
 
 GIVE_RESULT = "import shutil\ntell(1)\ntell(2, similarity=0.8)\nshutil.copytree('{folder}', output)\n"
@@ -125,14 +125,15 @@ class PanelCase(SlicerTestCase):
         parameters.store_xray_sources(self.panel.parameters, sources)
 
     def child(self, body: str) -> None:
-        """Let registrations of this test run a program of our own."""
+        """Let registrations and searches of this test run a program of our own."""
         program = children.command(self.folder, body)
         script = self.folder / "python"
         script.write_text(f'#!/bin/sh\nexec "{program[0]}" "{program[1]}" "$@"\n')
         script.chmod(script.stat().st_mode | stat.S_IXUSR)
-        patch = mock.patch.object(registration, "python_executable", lambda: str(script))
-        patch.start()
-        self.addCleanup(patch.stop)
+        for module in (registration, camera_run):
+            patch = mock.patch.object(module, "python_executable", lambda: str(script))
+            patch.start()
+            self.addCleanup(patch.stop)
 
     def give_result(self, before: str = "", **changes: Any) -> None:
         """Let registrations of this test end with a ready result."""

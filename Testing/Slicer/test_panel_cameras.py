@@ -1,0 +1,315 @@
+"""The panel's search for first cameras: by a child process, with doubts that are shown and not taken silently."""
+
+from __future__ import annotations
+
+import json
+import unittest
+
+import children
+import landmark_case
+import numpy as np
+import scenes
+import slicer
+from panel_case import INSIDE_SLICER, PanelCase
+from PolyPoseSlicer import calls, parameters, registration
+from PolyPoseSlicer.camera_finding import CameraFinding
+from PolyPoseSlicer.camera_run import findings_in
+from PolyPoseSlicer.camera_way import Way
+from PolyPoseSlicer.cameras import camera_of
+from PolyPoseSlicer.xray_source import XraySource
+
+from PolyPoseLib.errors import InputError
+
+WAYS = [way.value for way in Way]
+ANSWER = """
+arguments = arguments[2:]  # after -m PolyPoseLib
+study = json.loads(Path(arguments[1]).read_text())
+entries = {entries!r}
+for number, entry in enumerate(entries):
+    entry["number"] = number
+tell(1, stage="camera AP", similarity=None)
+Path("asked.json").write_text(json.dumps([arguments, study]))
+shutil.copy("asked.json", {keep!r})
+Path(arguments[arguments.index("--report") + 1]).write_text(json.dumps({{"version": 1, "cameras": entries}}))
+sys.exit({status})
+"""
+
+
+def found(sure: bool = True, **changes) -> dict:
+    """An entry of a report."""
+    _intrinsics, extrinsic = scenes.camera_matrix()
+    entry = {
+        "name": "AP", "extrinsic": extrinsic.tolist(), "mirrored": False, "sure": sure, "within": [2.0, 10.0],
+        "how": "searched around PA: similarity 0.71, the next best 0.42", "warnings": [], "similarity": 0.71,
+        "runner_up": 0.42,
+    }  # fmt: skip
+    if not sure:
+        entry |= {
+            "runner_up": 0.69,
+            "warnings": ['The camera of X-ray "AP" is doubtful: another view <explains> it.'],
+        }
+    return entry | changes
+
+
+class CamerasCase(PanelCase):
+    """Two X-rays that have no camera yet."""
+
+    def setUp(self) -> None:
+        super().setUp()
+        self.fill()
+        fields = {"source_to_detector_mm": 1000.0}
+        parameters.store_xray_sources(
+            self.panel.parameters, [XraySource(each, fields=fields) for each in self.xrays]
+        )
+        self.ui.xraysTable.selectRow(0)
+
+    def choose(self, way: Way, row: int = 0) -> None:
+        self.ui.xraysTable.selectRow(row)
+        self.ui.cameraWay.currentIndex = WAYS.index(way.value)
+
+    def source(self, row: int = 0) -> XraySource:
+        return parameters.xray_sources(self.panel.parameters)[row]
+
+    def answer(self, *entries: dict) -> None:
+        """Let searches find this."""
+        status = 0 if all(entry["sure"] for entry in entries) else 3
+        keep = str(self.folder / "asked.json")
+        self.child("import shutil\n" + ANSWER.format(entries=list(entries), status=status, keep=keep))
+
+    def asked(self) -> tuple[list[str], dict]:
+        """Arguments of the child, and the study that it was given."""
+        return json.loads((self.folder / "asked.json").read_text())
+
+    def find(self) -> None:
+        self.ui.findCamera.click()
+        self.assertEqual(self.ui.findCamera.text, "Cancel")
+        self.wait(lambda: not self.panel.cameras.running)
+
+
+class FindTest(CamerasCase):
+    def test_a_sure_camera_is_taken_and_told(self) -> None:
+        self.choose(Way.SEARCH)
+        self.ui.standardView.currentIndex = self.ui.standardView.findText("PA")
+        self.answer(found())
+        self.find()
+        arguments, study = self.asked()
+        self.assertEqual(arguments[0], "cameras")
+        self.assertEqual(arguments[arguments.index("--method") + 1], "search")
+        (entry,) = study["xrays"]
+        self.assertEqual((entry["standard_view"], entry["camera"]), ("PA", "absent"))
+        _intrinsics, extrinsic = scenes.camera_matrix()
+        source = self.source()
+        np.testing.assert_allclose(camera_of(source.camera_transform).extrinsic, extrinsic, atol=1e-9)
+        self.assertTrue(source.found.taken)
+        entry = source.entry("x", None)
+        np.testing.assert_allclose(entry["extrinsic"], extrinsic, atol=1e-9)
+        self.assertEqual(entry["camera"], "initial")
+        text = self.ui.cameraFinding.text
+        for part in ("searched around PA", "2 deg and 10 mm", "0.71", "next best view has 0.42"):
+            self.assertIn(part, text)
+        self.assertNotIn("9888", text)
+        self.assertIn("found, within 2 deg", self.ui.xraysTable.item(0, 2).text())
+        self.assertIn("1 found", self.ui.cameraStage.text)
+        self.assertIn("none yet", self.ui.xraysTable.item(1, 2).text())
+
+    def test_a_doubtful_camera_waits_for_a_person(self) -> None:
+        self.choose(Way.SEARCH)
+        self.answer(found(sure=False))
+        self.find()
+        self.assertIsNone(self.source().camera_transform)
+        self.assertNotIn("extrinsic", self.source().entry("x", None))
+        text = self.ui.cameraFinding.text
+        for part in ("9888", "color", "0.69", "was not taken", "another view &lt;explains&gt;"):
+            self.assertIn(part, text)
+        self.assertIn("1 doubtful, and not taken", self.ui.cameraStage.text)
+        self.assertIn("doubtful", self.ui.xraysTable.item(0, 2).text())
+        self.ui.lookAtFinding.click()
+        self.wait(lambda: self.panel.carm.seconds)
+        _intrinsics, extrinsic = scenes.camera_matrix()
+        placed = self.panel.carm.placement().extrinsic(self.panel.carm.reference())
+        np.testing.assert_allclose(placed[:3, 3], extrinsic[:3, 3], atol=2.0)
+        self.assertIsNone(self.source().camera_transform)
+        self.ui.acceptFinding.click()
+        np.testing.assert_allclose(self.source().entry("x", None)["extrinsic"], extrinsic, atol=1e-9)
+        self.assertIn("taken all the same", self.ui.xraysTable.item(0, 2).text())
+        self.assertIn("9888", self.ui.cameraFinding.text)
+        self.assertFalse(self.ui.acceptFinding.enabled)
+        self.ui.discardFinding.click()
+        self.assertIsNone(self.source().found)
+        self.assertNotIn("extrinsic", self.source().entry("x", None))
+
+    def test_all_xrays_without_a_camera(self) -> None:
+        self.choose(Way.SEARCH, 0)
+        self.choose(Way.DICOM, 1)
+        self.answer(found(), found(sure=False))
+        self.ui.findCameras.click()
+        self.wait(lambda: not self.panel.cameras.running)
+        arguments, study = self.asked()
+        self.assertEqual(arguments[arguments.index("--method") + 1], "auto")
+        self.assertEqual([entry["name"] for entry in study["xrays"]], ["AP", "lateral"])
+        self.assertEqual([self.source(row).found.taken for row in (0, 1)], [True, False])
+        self.answer(found())
+        self.ui.findCameras.click()
+        self.wait(lambda: not self.panel.cameras.running)
+        self.assertEqual([entry["name"] for entry in self.asked()[1]["xrays"]], ["lateral"])
+        self.ui.findCameras.click()
+        self.assertIn("Every X-ray has a camera", self.ui.cameraStage.text)
+
+    def test_another_way_forgets_what_was_found(self) -> None:
+        self.choose(Way.SEARCH)
+        self.answer(found())
+        self.find()
+        self.choose(Way.DICOM)
+        self.assertIsNone(self.source().found)
+        self.assertIsNone(self.source().camera_transform)
+        self.assertIn("no angles", self.ui.cameraFinding.text)
+
+    def test_an_xray_that_changed_meanwhile_is_left(self) -> None:
+        self.choose(Way.SEARCH)
+        self.answer(found())
+        self.ui.findCamera.click()
+        self.ui.xrayDistance.text = "900"
+        self.panel.xrays._details._edited()
+        self.wait(lambda: not self.panel.cameras.running)
+        self.assertIsNone(self.source().found)
+        self.assertIn("changed meanwhile", self.ui.cameraStage.text)
+
+    def test_ways_that_need_no_search(self) -> None:
+        for way in (Way.CARM, Way.CALIBRATION):
+            self.choose(way)
+            self.assertFalse(self.ui.findCamera.enabled)
+            self.assertIn("without a search", self.ui.findCamera.toolTip)
+        self.assertIn("Choose the calibration's file", self.ui.cameraFinding.text)
+
+    def test_a_calibrated_camera_is_shown_at_once(self) -> None:
+        rng = np.random.default_rng(2)
+        camera = landmark_case.random_camera(rng)
+        path = self.folder / "camera.csv"
+        np.savetxt(path, camera.intrinsics @ camera.extrinsic[:3], delimiter=",")
+        self.choose(Way.CALIBRATION)
+        self.ui.calibrationFile.currentPath = str(path)
+        xray = self.panel.xrays.report().xray
+        np.testing.assert_allclose(xray.extrinsic, camera.extrinsic, atol=1e-6)
+        self.assertEqual(self.source().entry("x", None)["calibration_frame"], "ct")
+        self.assertIn("a calibrated camera", self.ui.xraysTable.item(0, 1).text())
+        path.write_text("1 2 3")
+        self.ui.calibrationFile.currentPath = ""
+        self.ui.calibrationFile.currentPath = str(path)
+        self.assertEqual(self.ui.xraysTable.item(0, 3).text(), "not ready")
+        self.assertIn("3 rows of 4 numbers", self.ui.xrayState.text)
+
+    def test_what_is_missing_is_the_tool_tip(self) -> None:
+        self.ui.segmentationSelector.setCurrentNode(None)
+        self.assertFalse(self.ui.findCamera.enabled)
+        self.assertIn("segmentation", self.ui.findCamera.toolTip)
+        with self.assertRaisesRegex(InputError, "segmentation"):
+            calls.start_cameras(self.panel.parameters, [0])
+
+
+class EndsTest(CamerasCase):
+    def test_cancel(self) -> None:
+        self.child(children.SLEEP_FOREVER)
+        self.ui.findCamera.click()
+        self.wait(lambda: "1 of 10" in self.ui.cameraStage.text)
+        self.ui.findCamera.click()
+        self.wait(lambda: not self.panel.cameras.running, 5)
+        self.assertIn("Cancelled", self.ui.cameraStage.text)
+        self.assertEqual(self.ui.findCamera.text, "Find camera")
+        self.assertEqual(registration.leftover_folders(), [])
+
+    def test_the_childs_sentence_is_shown(self) -> None:
+        self.child("print('polypose: the anchor shows in no view', file=sys.stderr)\nsys.exit(3)")
+        self.find()
+        self.assertIn("the anchor shows in no view", self.ui.cameraStage.text)
+        self.assertIn("9888", self.ui.cameraStage.text)
+        self.assertIsNone(self.source().found)
+
+    def test_a_damaged_report_is_a_sentence(self) -> None:
+        self.child(
+            "Path(arguments[arguments.index('--report') + 1]).write_text('{\"cameras\": [{\"number\": 0}]}')"
+        )
+        self.find()
+        self.assertIn("cannot be read", self.ui.cameraStage.text)
+
+    def test_closing_the_scene_ends_it(self) -> None:
+        self.child(children.SLEEP_FOREVER)
+        self.ui.findCamera.click()
+        self.wait(lambda: "1 of 10" in self.ui.cameraStage.text)
+        slicer.mrmlScene.Clear()
+        self.assertFalse(self.panel.cameras.running)
+        self.assertEqual(registration.leftover_folders(), [])
+
+    def test_it_goes_on_while_another_module_is_open(self) -> None:
+        self.choose(Way.SEARCH)
+        self.answer(found())
+        self.ui.findCamera.click()
+        self.panel.exit()
+        self.wait(lambda: not self.panel.cameras.running)
+        self.panel.enter()
+        self.assertTrue(self.source().found.taken)
+
+    def test_what_was_found_is_saved_with_the_scene(self) -> None:
+        self.choose(Way.SEARCH)
+        self.answer(found(sure=False))
+        self.find()
+        before = self.source().found
+        path = str(self.folder / "scene.mrb")
+        self.assertTrue(slicer.util.saveScene(path))
+        slicer.mrmlScene.Clear()
+        slicer.util.loadScene(path)
+        self.wait(lambda: self.ui.xraysTable.rowCount == 2, 5)
+        self.assertEqual(self.source().found, before)
+        self.assertIs(self.source().way, Way.SEARCH)
+        self.ui.xraysTable.selectRow(0)
+        self.assertTrue(self.ui.acceptFinding.enabled)
+
+
+class FindingTest(CamerasCase):
+    def test_a_finding_comes_back_from_what_is_stored(self) -> None:
+        finding = CameraFinding.of(found(sure=False))
+        self.assertEqual(CameraFinding.of(json.loads(json.dumps(finding.stored()))), finding)
+
+    def test_damaged_findings_are_refused(self) -> None:
+        for damage in (
+            {"extrinsic": [[1]]},
+            {"within": None},
+            {"similarity": "high"},
+            {"extrinsic": [[float("nan")] * 4] * 4},
+        ):
+            with self.assertRaises(InputError):
+                CameraFinding.of(found() | damage)
+        report = self.folder / "report.json"
+        report.write_text("[]")
+        with self.assertRaisesRegex(registration.RunError, "search again"):
+            findings_in(report)
+
+
+class CoreTest(CamerasCase):
+    """The real child: PolyPoseLib itself, on landmarks, which take no rendering."""
+
+    @unittest.skipIf(INSIDE_SLICER, "needs PyTorch in PythonSlicer")
+    def test_landmarks_of_the_scene_give_the_true_camera(self) -> None:
+        rng = np.random.default_rng(8)
+        camera = landmark_case.random_camera(rng)
+        points = landmark_case.points_in_ct(rng, 24)  # so many leave nothing to search
+        source = XraySource(
+            self.xrays[0],
+            fields=landmark_case.fields_of(camera),
+            way=Way.LANDMARKS,
+            ct_landmarks=landmark_case.add_ct_list(points),
+            xray_landmarks=landmark_case.add_xray_list(camera.project(points)),
+        )
+        parameters.store_xray_sources(self.panel.parameters, [source, self.source(1)])
+        self.ui.xraysTable.selectRow(0)
+        self.ui.findCamera.click()
+        self.wait(lambda: not self.panel.cameras.running, 90)
+        finding = self.source().found
+        self.assertIsNotNone(finding, self.ui.cameraStage.text)
+        self.assertIn("24 of 24 landmarks", finding.how)
+        self.assertTrue(finding.taken)
+        np.testing.assert_allclose(finding.extrinsic, camera.extrinsic, atol=1e-3)
+        np.testing.assert_allclose(self.source().entry("x", None)["extrinsic"], camera.extrinsic, atol=1e-3)
+
+
+if __name__ == "__main__":
+    unittest.main()

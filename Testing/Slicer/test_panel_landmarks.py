@@ -1,0 +1,393 @@
+"""Landmarks in the panel: picked by real clicks in real views, solved live, kept with the scene."""
+
+from __future__ import annotations
+
+import unittest
+
+import landmark_case
+import numpy as np
+import slicer
+from panel_case import INSIDE_SLICER, PanelCase, views
+from PolyPoseSlicer import landmark_lists, parameters, pixel_frames, xray_views
+from PolyPoseSlicer.camera_way import Way
+from PolyPoseSlicer.xray_source import XraySource
+
+WAYS = [way.value for way in Way]
+
+
+class LandmarksCase(PanelCase):
+    """One X-ray without a camera whose way is landmarks; the truth is self.camera."""
+
+    def setUp(self) -> None:
+        super().setUp()
+        self.fill(xrays=2)
+        rng = np.random.default_rng(11)
+        self.camera = landmark_case.random_camera(rng)
+        self.points = landmark_case.points_in_ct(rng, 6)
+        self.pixels = self.camera.project(self.points)
+        sources = parameters.xray_sources(self.panel.parameters)
+        sources[0] = XraySource(sources[0].image, fields=landmark_case.fields_of(self.camera))
+        parameters.store_xray_sources(self.panel.parameters, sources)
+        self.ui.xraysTable.selectRow(0)
+        self.choose(Way.LANDMARKS)
+
+    def choose(self, way: Way) -> None:
+        self.ui.cameraWay.currentIndex = WAYS.index(way.value)
+
+    def source(self, row: int = 0) -> XraySource:
+        return parameters.xray_sources(self.panel.parameters)[row]
+
+    def give(self, points: np.ndarray | None = None, pixels: np.ndarray | None = None) -> None:
+        """Both lists, as if they had been picked."""
+        points = self.points if points is None else points
+        pixels = self.pixels if pixels is None else pixels
+        self.ui.ctLandmarks.setCurrentNode(landmark_case.add_ct_list(points))
+        self.ui.xrayLandmarks.setCurrentNode(landmark_case.add_xray_list(pixels))
+        self.settle()
+
+    def settle(self) -> None:
+        """Until nothing is due."""
+        part = self.panel.landmarks
+        self.wait(lambda: not part._solve_timer.isActive() and not part._settle_timer.isActive())
+
+    def rows(self) -> list[list[str]]:
+        table = self.ui.landmarksTable
+        return [[table.item(row, column).text() for column in range(4)] for row in range(table.rowCount)]
+
+    def shown(self) -> np.ndarray:
+        """The report's camera, as everything else in the panel sees it."""
+        return self.panel.xrays.reader.report(self.source()).xray.extrinsic
+
+
+class LiveTest(LandmarksCase):
+    def test_the_camera_follows_the_points(self) -> None:
+        self.give()
+        np.testing.assert_allclose(self.shown(), self.camera.extrinsic, atol=1e-3)
+        self.assertIn("6 of 6 landmarks, 0.0 mm off", self.ui.landmarksText.text)
+        self.assertNotIn("9888", self.ui.landmarksText.text)
+        self.assertEqual([row[3] for row in self.rows()], ["used"] * 6)
+        self.assertEqual(self.ui.xraysTable.item(0, 1).text(), "landmarks")
+        self.assertIn("landmarks", self.ui.xraysTable.item(0, 2).text())
+        # The C-arm's sliders stand at the solved camera.
+        placed = self.panel.carm.placement().extrinsic(self.panel.carm.reference())
+        np.testing.assert_allclose(placed[:3, :3], self.camera.extrinsic[:3, :3], atol=3e-3)
+        np.testing.assert_allclose(placed[:3, 3], self.camera.extrinsic[:3, 3], atol=2.0)
+
+    def test_a_moved_point_moves_errors_projections_and_camera(self) -> None:
+        self.give()
+        before = self.shown()
+        node = self.source().xray_landmarks
+        projected = self.panel.landmarks._projected
+        self.assertTrue(projected.GetLocked() and projected.GetHideFromEditors())
+        self.assertEqual(projected.GetNumberOfControlPoints(), 6)
+        column, row, _depth = node.GetNthControlPointPosition(2)
+        for shift in (1.0, 3.0, 5.0):
+            node.SetNthControlPointPosition(2, column + shift, row, 0.0)
+        self.wait(lambda: max(float(each[2]) for each in self.rows()) > 0.3)
+        errors = [float(each[2]) for each in self.rows()]
+        for n in range(6):
+            far = np.subtract(projected.GetNthControlPointPosition(n), node.GetNthControlPointPosition(n))
+            self.assertAlmostEqual(float(np.linalg.norm(far)), errors[n], delta=0.06)
+        self.settle()
+        self.assertGreater(np.abs(self.shown() - before).max(), 1e-3)
+
+    def test_a_wrong_pair_is_left_out_and_marked(self) -> None:
+        wrong = self.pixels.copy()
+        wrong[4] += [20, -12]
+        self.give(pixels=wrong)
+        self.assertEqual([row[3] == "used" for row in self.rows()], [True] * 4 + [False, True])
+        self.assertIn("does not agree", self.rows()[4][3])
+        np.testing.assert_allclose(self.shown(), self.camera.extrinsic, atol=1e-3)
+
+    def test_fewer_than_four_and_lines_are_text(self) -> None:
+        self.give(self.points[:3], self.pixels[:3])
+        self.assertIn("3 of at least 4 pairs", self.ui.landmarksText.text)
+        self.assertEqual(self.rows()[0][1:], ["-", "-", "waits"])
+        self.assertIsNone(self.shown())
+        self.assertIn("pick landmarks", self.ui.xraysTable.item(0, 2).text())
+        line = landmark_case.CENTER + np.outer(np.linspace(-20, 20, 5), [1, 0, 0])
+        self.give(line, self.camera.project(line))
+        self.assertIn("on one line", self.ui.landmarksText.text)
+        self.assertIn("9888", self.ui.landmarksText.text)
+
+    def test_points_that_become_too_few_take_the_camera_away(self) -> None:
+        self.give()
+        self.assertIsNotNone(self.source().landmark_camera)
+        cameras = slicer.mrmlScene.GetNumberOfNodesByClass("vtkMRMLLinearTransformNode")
+        for _ in range(3):
+            self.ui.landmarksTable.selectRow(0)
+            self.ui.removeLandmark.click()
+            self.wait(lambda: not self.panel.landmarks._solve_timer.isActive())
+        self.settle()
+        self.assertEqual(self.source().ct_landmarks.GetNumberOfControlPoints(), 3)
+        self.assertEqual(self.source().xray_landmarks.GetNumberOfControlPoints(), 3)
+        self.assertIsNone(self.source().landmark_camera)
+        self.assertIsNone(self.shown())
+        after = slicer.mrmlScene.GetNumberOfNodesByClass("vtkMRMLLinearTransformNode")
+        self.assertEqual(after, cameras - 1)
+
+    def test_contradicting_landmarks_are_not_taken(self) -> None:
+        rng = np.random.default_rng(3)
+        self.give(pixels=rng.permutation(self.pixels) + rng.uniform(-8, 8, (6, 2)))
+        self.assertIn("9888", self.ui.landmarksText.text)
+        self.assertIsNone(self.shown())
+
+    def test_the_image_moves_with_the_camera_and_stays_zoomed(self) -> None:
+        self.panel._show_views()
+        view = slicer.app.applicationLogic().GetSliceLogicByLayoutName(xray_views.view_name(0)).GetSliceNode()
+        across, down, deep = view.GetFieldOfView()
+        view.SetFieldOfView(across / 3, down / 3, deep)
+        self.give()
+        plane = xray_views.plane_of(0, self.camera.width)
+        center = (plane @ [(self.camera.width - 1) / 2, (self.camera.height - 1) / 2, 0, 1])[:3]
+        np.testing.assert_allclose(
+            [view.GetSliceToRAS().GetElement(row, 3) for row in range(3)], center, atol=1e-3
+        )
+        np.testing.assert_allclose(view.GetFieldOfView()[:2], [across / 3, down / 3], rtol=1e-6)
+        source = -self.camera.extrinsic[:3, :3].T @ self.camera.extrinsic[:3, 3]
+        towards = center * [-1, -1, 1] - source
+        axis = self.camera.extrinsic[2, :3]
+        self.assertGreater(towards @ axis / np.linalg.norm(towards), 0.98)
+
+
+class ListsTest(LandmarksCase):
+    def test_an_xray_list_belongs_to_one_xray(self) -> None:
+        self.give()
+        node = self.source().xray_landmarks
+        self.ui.xraysTable.selectRow(1)
+        self.choose(Way.LANDMARKS)
+        self.assertIsNone(self.ui.xrayLandmarks.currentNode())
+        self.ui.xrayLandmarks.setCurrentNode(node)
+        self.assertIn("each X-ray needs its own", self.ui.landmarksText.text)
+        self.assertIsNone(self.ui.xrayLandmarks.currentNode())
+        self.assertIsNone(self.source(1).xray_landmarks)
+        # The CT's list may be shared.
+        self.ui.ctLandmarks.setCurrentNode(self.source().ct_landmarks)
+        self.assertIs(self.source(1).ct_landmarks, self.source().ct_landmarks)
+        self.assertIn("Only in the CT", self._text_after_solving())
+
+    def _text_after_solving(self) -> str:
+        self.settle()
+        return self.ui.landmarksText.text
+
+    def test_a_deleted_list_is_forgotten(self) -> None:
+        self.give()
+        slicer.mrmlScene.RemoveNode(self.source().ct_landmarks)
+        self.settle()
+        self.assertIsNone(self.source().ct_landmarks)
+        self.assertIn("0 of at least 4", self.ui.landmarksText.text)
+        frames = pixel_frames.all_frames()
+        self.assertEqual(len(frames), 1)
+        slicer.mrmlScene.RemoveNode(self.source().xray_landmarks)
+        self.settle()
+        self.assertEqual(pixel_frames.all_frames(), [])
+        self.assertIsNone(self.panel.landmarks._projected)
+
+    def test_a_removed_xray_leaves_its_points_where_they_are(self) -> None:
+        self.give()
+        node = self.source().xray_landmarks
+        place = list(node.GetNthControlPointPositionWorld(0))
+        self.ui.removeXrayButton.click()
+        self.settle()
+        self.assertEqual(self.ui.xraysTable.rowCount, 1)
+        frame = pixel_frames.frame_above(node)
+        self.assertEqual(frame.GetAttribute(pixel_frames.FRAME_ATTRIBUTE), "none")
+        self.panel._show_views()
+        self.assertEqual(list(node.GetNthControlPointPositionWorld(0)), place)
+        observed = {each[0] for each in self.host.Observations}
+        self.assertNotIn(node, observed)
+
+    def test_frames_follow_the_rows(self) -> None:
+        self.give()
+        frame = pixel_frames.frame_above(self.source().xray_landmarks)
+        sources = parameters.xray_sources(self.panel.parameters)
+        parameters.store_xray_sources(self.panel.parameters, sources[::-1])
+        self.assertEqual(frame.GetAttribute(pixel_frames.FRAME_ATTRIBUTE), "1")
+
+    def test_another_way_and_back(self) -> None:
+        self.give()
+        self.choose(Way.SEARCH)
+        self.assertFalse(self.ui.landmarksBox.isVisibleTo(self.ui.cameraSection))
+        self.assertEqual(self.ui.landmarksTable.rowCount, 0)
+        self.assertIsNone(self.shown())
+        self.choose(Way.LANDMARKS)
+        self.settle()
+        np.testing.assert_allclose(self.shown(), self.camera.extrinsic, atol=1e-3)
+
+    def test_leaving_the_module_settles_and_leaves_nothing(self) -> None:
+        self.give()
+        node = self.source().xray_landmarks
+        column, row, _depth = node.GetNthControlPointPosition(0)
+        node.SetNthControlPointPosition(0, column + 1.0, row, 0.0)
+        self.wait(lambda: self.panel.landmarks._settle_timer.isActive())
+        before = self.shown()
+        self.panel.exit()
+        self.assertEqual({each[0] for each in self.host.Observations}, {slicer.mrmlScene})
+        hidden = [
+            n for n in slicer.util.getNodesByClass("vtkMRMLMarkupsFiducialNode") if n.GetHideFromEditors()
+        ]
+        self.assertEqual(hidden, [])
+        self.panel.enter()
+        self.assertGreater(np.abs(self.shown() - before).max(), 1e-4)
+
+    def test_closing_the_scene_while_points_move(self) -> None:
+        self.give()
+        node = self.source().xray_landmarks
+        node.SetNthControlPointPosition(0, 3.0, 3.0, 0.0)
+        slicer.mrmlScene.Clear()
+        self.assertEqual(self.ui.landmarksTable.rowCount, 0)
+        self.assertFalse(self.ui.ctPlace.enabled)
+        for _ in range(3):
+            slicer.app.processEvents()
+
+    def test_a_saved_scene_comes_back(self) -> None:
+        self.give()
+        expected = self.shown()
+        path = str(self.folder / "scene.mrb")
+        self.assertTrue(slicer.util.saveScene(path))
+        slicer.mrmlScene.Clear()
+        slicer.util.loadScene(path)
+        self.wait(lambda: self.ui.xraysTable.rowCount == 2, 5)
+        self.ui.xraysTable.selectRow(0)
+        self.settle()
+        self.assertIs(self.source().way, Way.LANDMARKS)
+        self.assertEqual(len(self.rows()), 6)
+        np.testing.assert_allclose(self.shown(), expected, atol=1e-6)
+        lists = slicer.util.getNodesByClass("vtkMRMLMarkupsFiducialNode")
+        self.assertEqual(len([n for n in lists if not n.GetHideFromEditors()]), 2)
+        np.testing.assert_allclose(
+            landmark_lists.pairs_of(self.source().ct_landmarks, self.source().xray_landmarks).pixels,
+            self.pixels,
+            atol=1e-4,
+        )
+        self.panel._show_views()
+        plane = xray_views.plane_of(0, self.camera.width)
+        np.testing.assert_allclose(
+            self.source().xray_landmarks.GetNthControlPointPositionWorld(3),
+            (plane @ [*self.pixels[3], 0.0, 1.0])[:3],
+            atol=1e-3,
+        )
+
+    def test_a_scene_of_an_earlier_version_has_no_landmarks(self) -> None:
+        node = self.panel.parameters.parameterNode
+        self.panel.parameters.xrayCtLandmarks = []
+        self.panel.parameters.xrayLandmarks = []
+        node.Modified()
+        self.assertEqual(len(parameters.xray_sources(self.panel.parameters)), 2)
+        self.assertIsNone(self.source().ct_landmarks)
+
+
+@unittest.skipIf(INSIDE_SLICER, "the views' windows are the harness's own")
+class PickTest(LandmarksCase):
+    """Real clicks through Slicer's own interactor styles and displayable managers."""
+
+    def xray_view(self):
+        return views().slices[xray_views.view_name(0)]
+
+    def place_of(self, view, world: np.ndarray) -> tuple[float, float]:
+        """Where a slice view draws a point of RAS, in pixels from its lower left corner."""
+        to_xy = np.linalg.inv(_matrix(view.node.GetXYToRAS()))
+        return tuple((to_xy @ [*world, 1.0])[:2])
+
+    def pixel_world(self, pixel: np.ndarray) -> np.ndarray:
+        plane = xray_views.plane_of(0, self.camera.width)
+        return (plane @ [*pixel, 0.0, 1.0])[:3]
+
+    def test_clicks_in_the_xrays_view_are_its_pixels(self) -> None:
+        self.ui.xrayPlace.click()
+        self.assertTrue(self.ui.xrayPlace.checked)
+        node = self.source().xray_landmarks
+        view = self.xray_view()
+        wanted = np.array([[6.0, 8.0], [22.0, 10.0], [9.0, 31.0], [20.0, 28.0]])
+        for pixel in wanted:
+            view.click(*self.place_of(view, self.pixel_world(pixel)))
+        self.assertEqual(node.GetNumberOfDefinedControlPoints(), 4)
+        picked = np.array([node.GetNthControlPointPosition(n) for n in range(4)])
+        np.testing.assert_allclose(picked[:, :2], wanted, atol=0.12)  # half a screen pixel
+        np.testing.assert_allclose(picked[:, 2], 0, atol=1e-6)
+        self.assertEqual([node.GetNthControlPointLabel(n) for n in range(4)], ["1", "2", "3", "4"])
+        self.ui.xrayPlace.click()
+        self.assertFalse(self.ui.xrayPlace.checked)
+        self.assertIsNone(self.panel.landmarks._place.placing())
+        view.click(*self.place_of(view, self.pixel_world(np.array([15.0, 15.0]))))
+        self.assertEqual(node.GetNumberOfDefinedControlPoints(), 4)
+
+    def test_a_mirrored_file_keeps_its_own_columns(self) -> None:
+        self.ui.xrayMirrored.currentIndex = 1
+        self.ui.xrayPlace.click()
+        view = self.xray_view()
+        view.click(*self.place_of(view, self.pixel_world(np.array([5.0, 9.0]))))
+        column, row, _depth = self.source().xray_landmarks.GetNthControlPointPosition(0)
+        self.assertAlmostEqual(column, self.camera.width - 1 - 5.0, delta=0.12)
+        self.assertAlmostEqual(row, 9.0, delta=0.12)
+
+    def test_clicks_in_a_slice_of_the_ct(self) -> None:
+        self.panel._show_views()
+        self.ui.ctPlace.click()
+        node = self.source().ct_landmarks
+        view = views().slices["Red"]
+        ras = landmark_case.CENTER * [-1, -1, 1]
+        view.node.SetOrientation("Axial")
+        view.fit()
+        view.node.JumpSliceByCentering(*ras)
+        view.click(*self.place_of(view, ras))
+        self.assertEqual(node.GetNumberOfDefinedControlPoints(), 1)
+        np.testing.assert_allclose(node.GetNthControlPointPositionWorld(0), ras, atol=1.0)
+        self.ui.xrayPlace.click()
+        self.assertFalse(self.ui.ctPlace.checked)
+        self.assertTrue(self.ui.xrayPlace.checked)
+
+    def test_a_point_picked_in_another_view_is_told(self) -> None:
+        self.ui.xrayPlace.click()
+        view = views().slices["Red"]
+        view.fit()
+        view.click(150, 120)
+        self.settle()
+        self.assertEqual(self.rows()[-1][3], "not on the X-ray")
+        self.assertIn("X-ray's own view", self.ui.landmarksText.text)
+
+    def test_a_dragged_point_is_followed(self) -> None:
+        self.panel._show_views()
+        self.give()
+        view = self.xray_view()
+        node = self.source().xray_landmarks
+        before = np.array(node.GetNthControlPointPosition(1))
+        start = np.array(self.place_of(view, np.array(node.GetNthControlPointPositionWorld(1))))
+        view.image()
+        view.drag(tuple(start), (start[0] + 12.0, start[1]))
+        after = np.array(node.GetNthControlPointPosition(1))
+        self.assertGreater(np.abs(after - before)[:2].max(), 0.5)
+        self.assertAlmostEqual(after[2], 0.0, places=6)
+        self.settle()
+        self.assertGreater(float(self.rows()[1][2]), 0.2)
+
+    def test_the_right_button_ends_picking(self) -> None:
+        self.ui.xrayPlace.click()
+        view = self.xray_view()
+        view.move(100, 100)
+        view.interactor.InvokeEvent("RightButtonPressEvent")
+        view.interactor.InvokeEvent("RightButtonReleaseEvent")
+        self.assertFalse(self.ui.xrayPlace.checked)
+
+    def test_a_deleted_list_ends_picking(self) -> None:
+        self.ui.xrayPlace.click()
+        slicer.mrmlScene.RemoveNode(self.source().xray_landmarks)
+        self.settle()
+        self.assertFalse(self.ui.xrayPlace.checked)
+
+    def test_an_unreadable_xray_above_is_named(self) -> None:
+        sources = parameters.xray_sources(self.panel.parameters)
+        broken = XraySource(path=str(self.folder / "nowhere.dcm"))
+        parameters.store_xray_sources(self.panel.parameters, [broken, *sources])
+        self.ui.xraysTable.selectRow(1)
+        self.ui.xrayPlace.click()
+        self.assertFalse(self.ui.xrayPlace.checked)
+        self.assertIn("'nowhere.dcm' is not ready", self.ui.landmarksText.text)
+
+
+def _matrix(matrix) -> np.ndarray:
+    return np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(4)])
+
+
+if __name__ == "__main__":
+    unittest.main()
