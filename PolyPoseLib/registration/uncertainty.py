@@ -22,11 +22,14 @@ PATCHES_PER_CLUSTER = 2
 
 INFLATION = 6.0
 """Factor on the standard deviations for what the residual does not tell: soft tissue that moves otherwise than the
-model pushes all of an edge one way.  Measured on simulated pelves with an independent truth, where 37 of 39 errors of
-a centroid's coordinates then lay inside their 95 % interval."""
+model pushes all of an edge one way."""
 
-UNSEEN_ROTATION_DEG = 90.0
-UNSEEN_TRANSLATION_MM = 100.0
+SYSTEMATIC_ROTATION_DEG = 0.15
+SYSTEMATIC_TRANSLATION_MM = 0.15
+"""Standard deviations that no residual shows: voxels of millimetres, labels that miss the bone's edge."""
+
+UNSEEN_ROTATION_DEG = 30.0
+UNSEEN_TRANSLATION_MM = 50.0
 """Standard deviations of a pose that no X-ray says anything about."""
 
 
@@ -84,13 +87,15 @@ def pose_uncertainties(problem: RigidProblem, state: State) -> dict[int, PoseUnc
         curvature[where] += weighted[:, used] @ jacobian[:, used].T
         sums = _cluster_sums(weighted * linear.residual, PATCHES_PER_CLUSTER * view.contrast.size)
         spread[where] += sums @ sums.T
-    prior = np.tile([np.radians(UNSEEN_ROTATION_DEG)] * 3 + [UNSEEN_TRANSLATION_MM] * 3, problem.size // 6)
+    unseen = np.tile([np.radians(UNSEEN_ROTATION_DEG)] * 3 + [UNSEEN_TRANSLATION_MM] * 3, problem.size // 6)
     # The prior enters in the residual's own unit, so that it matters only where the images say nothing.
     noise = float(np.trace(spread) / max(np.trace(curvature), 1e-12))
-    inverse = np.linalg.inv(curvature + np.diag(noise / prior**2))
-    covariance = INFLATION**2 * inverse @ (spread + np.diag((noise / prior) ** 2)) @ inverse
+    prior = noise * (INFLATION / unseen) ** 2
+    inverse = np.linalg.inv(curvature + np.diag(prior))
+    covariance = INFLATION**2 * inverse @ (spread + np.diag(noise * prior)) @ inverse
+    floor = np.diag([np.radians(SYSTEMATIC_ROTATION_DEG)] * 3 + [SYSTEMATIC_TRANSLATION_MM] * 3) ** 2
     return {
-        k: PoseUncertainty(covariance[6 * n : 6 * n + 6, 6 * n : 6 * n + 6])
+        k: PoseUncertainty(covariance[6 * n : 6 * n + 6, 6 * n : 6 * n + 6] + floor)
         for n, k in enumerate(problem.free_poses)
     }
 
