@@ -10,6 +10,7 @@ import numpy as np
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.evaluation import metrics
+from PolyPoseLib.evaluation.calibration import interval_ratios
 from PolyPoseLib.evaluation.truth import Truth
 from PolyPoseLib.geometry.camera import Camera, rigid_inverse
 
@@ -45,7 +46,9 @@ def score_result(
                 the centroid (3, mm), LPS,
             "rest_tre_mean_mm": the error of doing nothing,
             "dice": 0 to 1, "hd95_mm": of the warped labels,
-            "uncertainty": as the result has it, when it has}},
+            "uncertainty": as the result has it, when it has,
+            "interval_ratios": errors over the intervals stated, see
+                :func:`PolyPoseLib.evaluation.calibration.interval_ratios`}},
         "summary" {"mean_tre_mm", "worst_tre_mm" (largest mean), "mean_pose_tre_mm", "worst_pose_tre_mm",
             "mean_rest_tre_mm", "mean_dice": over all structures but the anchor; "organ_dice": mean over
             organs; "soft_error_mean_mm": transform against truth in the body outside all structures;
@@ -78,8 +81,14 @@ def score_result(
     poses = {name: result.structures[found].fixed_to_moving for name, found in names.items()}
     table = score_motion(poses, result.transform, truth)
     for name, found in names.items():
-        if result.structures[found].uncertainty is not None:
-            table["structures"][name]["uncertainty"] = dict(result.structures[found].uncertainty)
+        stated = result.structures[found].uncertainty
+        if stated is None:
+            continue
+        table["structures"][name]["uncertainty"] = dict(stated)
+        if found == name:
+            table["structures"][name]["interval_ratios"] = interval_ratios(
+                truth.fixed_to_moving[name], poses[name], _centroid(truth, name), stated
+            )
     table["cameras"] = [
         camera_errors(true, found, truth) for true, found in zip(truth.cameras, result.cameras, strict=True)
     ]
@@ -135,6 +144,12 @@ def score_motion(poses: dict[str, np.ndarray], transform: DisplacementField, tru
             "sd_log_jacobian": metrics.sd_log_jacobian(determinant),
         },
     }
+
+
+def _centroid(truth: Truth, name: str) -> np.ndarray:
+    """(3,) LPS mm of a structure in the CT."""
+    labels = truth.moving_labels
+    return metrics.mask_points(labels.voxels == truth.names.index(name) + 1, labels.affine).mean(axis=0)
 
 
 def camera_errors(true: Camera, found: Camera | CameraResult, truth: Truth) -> dict[str, float]:

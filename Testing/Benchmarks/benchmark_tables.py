@@ -29,6 +29,18 @@ COLUMNS = (
 """Column, its number for one row, and how it is written."""
 
 
+INTERVALS = (
+    ("pose", "whole pose (6 numbers)"),
+    ("along", "place along the view"),
+    ("across_1", "place across"),
+    ("across_2", "place across"),
+    ("turn_about_view", "turn about the view"),
+    ("turn_across_1", "turn across"),
+    ("turn_across_2", "turn across"),
+)
+"""Interval ratios of a score, and what the table calls them."""
+
+
 def machine() -> dict[str, str]:
     """What the numbers were measured on."""
     versions = {}
@@ -57,8 +69,33 @@ def write_tables(rows: list[dict], path: Path) -> None:
         count, arc = views.split("x")
         parts.append(f"## {anatomy}, {count} views over {arc} degrees, {pixels} x {pixels} pixels\n")
         parts += [_modes(chosen), _structures(chosen)]
-    parts.append(measured_on(machine()))
+    parts += [calibration(rows), measured_on(machine())]
     path.write_text("\n".join(parts), encoding="utf-8")
+
+
+def calibration(rows: list[dict]) -> str:
+    """How often the error of a moving bone lay inside its 95 % interval, in the default mode."""
+    lines = []
+    groups = _unique((row["anatomy"], row["views"]) for row in rows)
+    for group in [*groups, None]:
+        found = [
+            structure["interval_ratios"]
+            for row in rows
+            if row["mode"] == "default"
+            and "failed" not in row
+            and group in (None, (row["anatomy"], row["views"]))
+            for structure in row["structures"].values()
+            if "interval_ratios" in structure
+        ]
+        if not found:
+            continue
+        shares = [100 * np.mean([ratios[name] <= 1 for ratios in found]) for name, _ in INTERVALS]
+        title = "all" if group is None else " ".join(group)
+        lines.append([title, str(len(found)), *(f"{share:.0f}" for share in shares)])
+    if not lines:
+        return ""
+    head = ["case", "bones", *(title for _, title in INTERVALS)]
+    return "## Percent of true poses inside their 95 % interval (default mode)\n\n" + table(head, lines)
 
 
 def measured_on(found: dict[str, str]) -> str:
