@@ -36,7 +36,9 @@ def bones() -> dict[str, list[Ball]]:
     chain = {
         "pelvis": [
             Ball(np.array([0.0, 60.0, -145.0]), np.array([50.0, 14.0, 30.0])),
-            *(Ball(np.array([sign * 75.0, 15.0, -150.0]), np.array([16.0, 62.0, 36.0])) for sign in (1, -1)),
+            *(Ball(np.array([sign * 75.0, 25.0, -145.0]), np.array([16.0, 45.0, 36.0])) for sign in (1, -1)),
+            *(Ball(np.array([sign * 60.0, 20.0, -180.0]), np.array([12.0, 14.0, 16.0])) for sign in (1, -1)),
+            Ball(np.array([0.0, -45.0, -172.0]), np.array([38.0, 9.0, 10.0])),
         ]
     }
     for n, z in enumerate(-100 + 32.0 * np.arange(9)):
