@@ -14,18 +14,15 @@ from .xray_source import XraySource
 
 
 def finding_lines(found: CameraFinding) -> list[str]:
-    """How a camera was found, its similarity beside the runner-up's, and what is doubtful."""
+    """How a camera was found (with its similarity and the runner-up's), how sure it is, and what is doubtful."""
     lines = [
         _("Found: {how}.").format(how=found.how),
         _("Expected within {degrees:.0f} deg and {mm:.0f} mm.").format(
             degrees=found.within[0], mm=found.within[1]
         ),
     ]
-    if found.similarity is not None:
-        second = _("no other view comes near")
-        if found.runner_up is not None:
-            second = _("the next best view has {value:.2f}").format(value=found.runner_up)
-        lines.append(_("Similarity {value:.2f}; {second}.").format(value=found.similarity, second=second))
+    if found.similarity is not None and found.runner_up is None:
+        lines.append(_("No other view comes near."))
     lines += list(found.warnings)
     if not found.sure:
         lines.append(

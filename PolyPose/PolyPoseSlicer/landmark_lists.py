@@ -19,9 +19,10 @@ CAMERA_REFERENCE = "PolyPose.Camera"
 """Role of the reference from an X-ray's list to the transform of the camera that the landmarks gave."""
 
 _CT_COLOR = (0.2, 0.9, 0.9)
-_XRAY_COLOR = (1.0, 0.75, 0.1)
+_XRAY_COLOR = (1.0, 0.4, 0.1)
 _PROJECTED_COLOR = (0.2, 0.9, 0.9)
-_GLYPH_PERCENT = 2.0
+_GLYPH_PERCENT = 2.5
+_PROJECTED_PERCENT = 4.0
 
 
 @dataclass(frozen=True)
@@ -115,6 +116,21 @@ def new_list(name: str, in_xray: bool) -> slicer.vtkMRMLMarkupsFiducialNode:
     return node
 
 
+def fill(
+    node: slicer.vtkMRMLMarkupsFiducialNode, places: np.ndarray, names: Sequence[str] | None = None
+) -> None:
+    """Replace a list's points by places (N, 3) in its own coordinates; without names they are numbered.
+
+    An empty name shows no text.
+    """
+    was = node.StartModify()
+    node.RemoveAllControlPoints()
+    for number, place in enumerate(np.asarray(places, dtype=np.float64)):
+        # A list would replace an empty name by one of its own.
+        node.AddControlPoint(place.tolist(), (names[number] or " ") if names else str(number + 1))
+    node.EndModify(was)
+
+
 def name_new_point(node: slicer.vtkMRMLMarkupsFiducialNode) -> None:
     """Give the last point the first number that is free, so that a point picked anew finds its partner again."""
     last = node.GetNumberOfControlPoints() - 1
@@ -149,7 +165,8 @@ def new_projected_list(name: str) -> slicer.vtkMRMLMarkupsFiducialNode:
     node.SetHideFromEditors(True)
     node = slicer.mrmlScene.AddNode(node)
     node.SetLocked(True)
-    _show(node, _PROJECTED_COLOR, slicer.vtkMRMLMarkupsDisplayNode.Circle2D)
+    _show(node, _PROJECTED_COLOR, slicer.vtkMRMLMarkupsDisplayNode.Cross2D)
+    node.GetDisplayNode().SetGlyphScale(_PROJECTED_PERCENT)
     node.GetDisplayNode().SetSaveWithScene(False)
     return node
 
@@ -161,12 +178,11 @@ def set_projected(
     pixels: np.ndarray,
 ) -> None:
     """Show pixels (N, 2) of the file, in a frame; those that are not finite are left out."""
+    seen = np.isfinite(pixels).all(axis=1)
     was = node.StartModify()
     node.SetAndObserveTransformNodeID(frame.GetID() if frame is not None else None)
-    node.RemoveAllControlPoints()
-    for name, (column, row) in zip(names, np.asarray(pixels).reshape(-1, 2), strict=True):
-        if np.isfinite([column, row]).all():
-            node.AddControlPoint([float(column), float(row), 0.0], name)
+    places = np.column_stack([pixels, np.zeros(len(pixels))])[seen]
+    fill(node, places, [name for name, good in zip(names, seen, strict=True) if good])
     node.EndModify(was)
 
 

@@ -25,6 +25,9 @@ from .xray_source import XraySource
 SOLVE_MS = 30
 """A moved point is followed after this long: quick enough for the eye, and once for many events."""
 
+NAMED_PIXELS = 8.0
+"""A projection farther than this from its counterpart carries its name; nearer, two names would hide the place."""
+
 SETTLE_MS = 300
 """The X-ray's camera is set when no point has moved for this long."""
 
@@ -300,7 +303,9 @@ class LandmarksPart:
         if self._projected is None or self._projected.GetScene() is None:
             self._projected = landmark_lists.new_projected_list(_("projected landmarks"))
         frame = pixel_frames.frame_above(source.xray_landmarks)
-        landmark_lists.set_projected(self._projected, frame, self.fit.pairs.names, self.fit.projected)
+        far = self.fit.solution.errors_px > NAMED_PIXELS
+        names = [name if away else "" for name, away in zip(self.fit.pairs.names, far, strict=True)]
+        landmark_lists.set_projected(self._projected, frame, names, self.fit.projected)
 
     def _remove_projected(self) -> None:
         if self._projected is not None and self._projected.GetScene() is not None:

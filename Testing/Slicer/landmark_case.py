@@ -6,6 +6,7 @@ import numpy as np
 import scenes
 import slicer
 from PolyPoseSlicer import landmark_lists, pixel_frames
+from PolyPoseSlicer.landmark_lists import fill
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.carm import carm_extrinsic
@@ -50,13 +51,6 @@ def add_xray_list(
     node.SetAndObserveTransformNodeID(pixel_frames.new_frame("pixels", number).GetID())
     fill(node, np.column_stack([pixels, np.zeros(len(pixels))]), names)
     return node
-
-
-def fill(node: slicer.vtkMRMLMarkupsFiducialNode, places: np.ndarray, names: list[str] | None = None) -> None:
-    """Replace a list's points, in its own coordinates."""
-    node.RemoveAllControlPoints()
-    for number, place in enumerate(places):
-        node.AddControlPoint(place.tolist(), names[number] if names else str(number + 1))
 
 
 def add_xray_of(camera: Camera, name: str = "AP") -> slicer.vtkMRMLScalarVolumeNode:

@@ -5,6 +5,7 @@ python Testing/Slicer/screenshots.py STUDY.json OUTPUT_FOLDER
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from pathlib import Path
@@ -39,12 +40,76 @@ def main(study: str, output: str) -> None:
     ui.bonesOnly.checked = True
     ui.xraysTable.selectRow(0)
     _panel(ui, folder / "panel-inputs.png", ("inputsSection", "xraysSection"))
+    _landmarks(panel, manager, folder, Path(study))
     _carm(panel, manager, folder)
     _register(panel, folder)
     _review(panel, manager, folder)
     print(f"live rendering: {1000 * panel.carm.seconds[-1]:.0f} ms; swallowed errors: {errors.take()}")
     module.exit()
     module.close()
+
+
+def _landmarks(panel, manager, folder: Path, study: Path) -> None:
+    """Pick landmarks of the anchor in the first view as a person would, one of them wrong, and find the second."""
+    from PolyPoseSlicer import landmark_lists
+    from PolyPoseSlicer.camera_way import Way
+
+    ui, rng = panel.ui, np.random.default_rng(0)
+    truth = json.loads((study.parent / "truth" / "truth.json").read_text())["cameras"][0]
+    points = _places_on_the_anchor(study)
+    pixels = _project(truth, points) + rng.normal(0, 1.5, (len(points), 2))
+    pixels[4] += [-60, -45]
+    ways = list(Way)
+    ui.cameraSection.collapsed = False
+    ui.cameraWay.currentIndex = ways.index(Way.LANDMARKS)
+    panel.landmarks.pick_in_ct(True)
+    panel.landmarks.pick_in_xray(True)
+    panel.landmarks.pick_in_xray(False)
+    source = panel.xrays.source
+    landmark_lists.fill(source.ct_landmarks, points * [-1, -1, 1])
+    landmark_lists.fill(source.xray_landmarks, np.column_stack([pixels, np.zeros(len(pixels))]))
+    _wait(lambda: panel.xrays.source.landmark_camera is not None)
+    _wait(lambda: not panel.renderer.busy)
+    _panel(ui, folder / "panel-camera.png", ("cameraSection",))
+    for name in ("Red", "Yellow", "Green"):
+        manager.slices[name].fit()
+        manager.slices[name].node.JumpSliceByOffsetting(*(points[0] * [-1, -1, 1]))
+    pictures = [manager.slices["PolyPoseXray1"], manager.slices["Red"]]
+    _save(_tile([[_picture(each) for each in pictures] + [_three_d(manager)]]), folder / "landmarks.png")
+    ui.xraysTable.selectRow(1)
+    ui.cameraWay.currentIndex = ways.index(Way.SEARCH)
+    ui.findCamera.click()
+    _wait(lambda: not panel.cameras.running, 300)
+    print(ui.cameraStage.text, ui.cameraFinding.text)
+    _panel(ui, folder / "panel-found.png", ("cameraSection",))
+    ui.xraysTable.selectRow(0)
+    for row in (0, 1):
+        ui.xraysTable.selectRow(row)
+        ui.cameraWay.currentIndex = 0
+    ui.xraysTable.selectRow(0)
+    for node in (source.ct_landmarks, source.xray_landmarks):
+        slicer.mrmlScene.RemoveNode(node)
+    ui.cameraSection.collapsed = True
+
+
+def _places_on_the_anchor(study: Path) -> np.ndarray:
+    """The anchor's outermost voxels in six directions, (6, 3) LPS mm."""
+    import SimpleITK as sitk
+
+    fields = json.loads(study.read_text())
+    image = sitk.ReadImage(str(study.parent / fields["segmentation"]))
+    wanted = fields["structures"][fields["anchor"]]
+    indices = np.argwhere(np.isin(sitk.GetArrayFromImage(image), wanted))[:, ::-1]
+    axes = np.array(image.GetDirection()).reshape(3, 3) * image.GetSpacing()
+    places = indices @ axes.T + image.GetOrigin()
+    return np.array([places[np.argmax(sign * places[:, axis])] for axis in range(3) for sign in (1, -1)])
+
+
+def _project(camera: dict, points: np.ndarray) -> np.ndarray:
+    """Pixels (N, 2) of points (N, 3) LPS mm."""
+    extrinsic = np.array(camera["extrinsic"])
+    seen = (points @ extrinsic[:3, :3].T + extrinsic[:3, 3]) @ np.array(camera["intrinsics"]).T
+    return seen[:, :2] / seen[:, 2:]
 
 
 def _carm(panel, manager, folder: Path) -> None:

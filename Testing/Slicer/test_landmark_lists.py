@@ -84,7 +84,7 @@ class FrameTest(SlicerTestCase):
         pixel_frames.place(0, moved(rng) @ np.diag([2.0, 3.0, 2.0, 1.0]), 30, True)
         node = landmark_lists.new_list("mine", in_xray=True)
         places = rng.uniform(-100, 100, (4, 3))
-        landmark_case.fill(node, places)
+        landmark_lists.fill(node, places)
         landmark_lists.put_into_frame(node, frame)
         found = [node.GetNthControlPointPositionWorld(n) for n in range(4)]
         np.testing.assert_allclose(found, places, atol=1e-6)

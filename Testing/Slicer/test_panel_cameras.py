@@ -45,6 +45,7 @@ def found(sure: bool = True, **changes) -> dict:
     }  # fmt: skip
     if not sure:
         entry |= {
+            "how": "searched around PA: similarity 0.71, the next best 0.69",
             "runner_up": 0.69,
             "warnings": ['The camera of X-ray "AP" is doubtful: another view <explains> it.'],
         }
@@ -105,7 +106,7 @@ class FindTest(CamerasCase):
         np.testing.assert_allclose(entry["extrinsic"], extrinsic, atol=1e-9)
         self.assertEqual(entry["camera"], "initial")
         text = self.ui.cameraFinding.text
-        for part in ("searched around PA", "2 deg and 10 mm", "0.71", "next best view has 0.42"):
+        for part in ("searched around PA", "2 deg and 10 mm", "0.71", "the next best 0.42"):
             self.assertIn(part, text)
         self.assertNotIn("9888", text)
         self.assertIn("found, within 2 deg", self.ui.xraysTable.item(0, 2).text())
