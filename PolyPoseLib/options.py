@@ -39,6 +39,7 @@ class Options:
     refine_cameras: whether cameras that are not known are refined by the anchor.
     uncertainty: whether confidence intervals are computed.
     transform_spacing_mm: grid of the displacement field, at most 4 mm.
+    camera_model: file of a trained camera regressor, in the study's folder, for X-rays without a camera.
     composed: whether the warped CT is put together from rigid bones over warped soft tissue, instead of
     warped smoothly throughout; bones that touch in the CT then part without being stretched.
     """
@@ -57,6 +58,7 @@ class Options:
     refine_cameras: bool = True
     uncertainty: bool = True
     transform_spacing_mm: float | None = None
+    camera_model: str | None = None
     composed: bool = False
 
     def __post_init__(self) -> None:

@@ -86,6 +86,7 @@ class Study:
         try:
             ct_path = study_paths.resolve(fields["ct"], "ct", folder, allow_outside)
             labels_path = study_paths.resolve(fields["segmentation"], "segmentation", folder, allow_outside)
+            options = _with_paths(fields.get("options") or {}, folder, allow_outside)
             entries = [
                 {
                     name: study_paths.resolve(value, f'xrays"[{number}]."{name}', folder, allow_outside)
@@ -114,10 +115,20 @@ class Study:
             structures=structures,
             anchor=fields["anchor"],
             xrays=xrays,
-            options=fields.get("options") or {},
+            options=options,
             warnings=warnings,
             source_segmentation=_whole_label_map(segmentation, ct),
         )
+
+
+def _with_paths(options: Mapping[str, Any], folder: Path, allow_outside: bool) -> dict[str, Any]:
+    """Options whose paths were relative to the study's folder."""
+    from PolyPoseLib import study_paths
+
+    if options.get("camera_model") is None:
+        return dict(options)
+    path = study_paths.resolve(options["camera_model"], 'options"."camera_model', folder, allow_outside)
+    return {**options, "camera_model": str(path)}
 
 
 def _read_xray(fields: Mapping[str, Any], where: str) -> Xray:

@@ -32,9 +32,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument("study", type=Path, help="the study's JSON file")
     parser.add_argument(
         "--method",
-        choices=("auto", "dicom", "landmarks", "search"),
+        choices=("auto", "dicom", "landmarks", "search", "learned"),
         default="auto",
-        help="auto: landmarks, else DICOM, else search (default: auto)",
+        help="auto: landmarks, else DICOM, else learned where a model is given, else search (default: auto)",
     )
     parser.add_argument(
         "--output", type=Path, metavar="FILE", help="write here, in the study's folder, instead of into STUDY"
@@ -44,6 +44,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--keep-doubtful",
         action="store_true",
         help="write cameras that are not sure, too; the exit status stays 3",
+    )
+    parser.add_argument(
+        "--model",
+        type=Path,
+        metavar="FILE",
+        help='camera model that "train" wrote for this CT; wins over the study\'s option "camera_model"',
     )
     parser.add_argument(
         "--report",
@@ -151,7 +157,7 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
     from PolyPoseLib.options import Options
     from PolyPoseLib.registration.camera_guess import initial_camera
     from PolyPoseLib.registration.monitor import Monitor
-    from PolyPoseLib.registration.pipeline import resolve_device
+    from PolyPoseLib.registration.pipeline import camera_model, resolve_device
     from PolyPoseLib.registration.scene import Scene
     from PolyPoseLib.rendering.backend import select_backend
 
@@ -161,14 +167,15 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
     monitor = Monitor(display, None)
     guesses = {}
     try:
+        model = camera_model(study, arguments.model or options.camera_model)
         scene = Scene(study.ct, study.structures, study.anchor)
         for n in wanted:
             xray = study.xrays[n]
             stage = f"camera {xray.name or n + 1}"
             method = arguments.method
             if method == "auto" and arguments.again and xray.initial_radius is None:
-                method = "landmarks" if xray.landmarks is not None else "search"
-            guesses[n] = initial_camera(scene, xray, backend, monitor, stage, method)
+                method = "landmarks" if xray.landmarks is not None else "learned" if model else "search"
+            guesses[n] = initial_camera(scene, xray, backend, monitor, stage, method, model)
             monitor.step(stage, 1, 1, guesses[n].similarity)
             for warning in guesses[n].warnings:
                 _LOG.warning(warning)

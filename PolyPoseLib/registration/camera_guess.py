@@ -27,8 +27,8 @@ from PolyPoseLib.registration.search import (
 from PolyPoseLib.rendering.backend import Backend
 
 METHODS = ("auto", "dicom", "landmarks", "search", "learned")
-"""Ways to a first camera; auto takes the first that applies: what is given, landmarks, DICOM, a regressor where there is
-one, search.
+"""Ways to a first camera; auto takes the first that applies: what is given, landmarks, DICOM, a regressor where
+there is one, search.
 """
 
 GIVEN_RADIUS = (5.0, 20.0)
@@ -124,8 +124,8 @@ def initial_camera(
         )
     if method == "learned" and model is None:
         raise InputError(
-            f'X-ray "{xray.name}": "learned" needs a camera model: train one with python -m PolyPoseLib train and give it '
-            'with --model or as the option "camera_model".'
+            f'X-ray "{xray.name}": "learned" needs a camera model: train one with python -m PolyPoseLib train and '
+            'give it with --model or as the option "camera_model".'
         )
     if method == "auto" and xray.extrinsic is not None and not guessed:
         camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)

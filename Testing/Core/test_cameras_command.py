@@ -45,7 +45,7 @@ def asked(monkeypatch):
     """Guesses that take no time; (name of the X-ray, method) of each, and whether they are sure."""
     calls = {"asked": [], "sure": True}
 
-    def guess(scene, xray, backend, monitor, stage, method="auto"):
+    def guess(scene, xray, backend, monitor, stage, method="auto", model=None):
         calls["asked"].append((xray.name, method))
         camera = Camera(xray.intrinsics, FOUND, *xray.image.shape)
         return Guess(

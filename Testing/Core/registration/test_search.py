@@ -112,7 +112,7 @@ def test_a_guess_in_the_study_is_taken_as_it_is(simulated, scene):
 
 
 @pytest.mark.parametrize(
-    ("method", "reason"), [("dicom", "DICOM"), ("landmarks", "landmarks"), ("learned", "method")]
+    ("method", "reason"), [("dicom", "DICOM"), ("landmarks", "landmarks"), ("guessing", "method")]
 )
 def test_methods_that_do_not_apply_are_refused(simulated, scene, method, reason):
     with pytest.raises(InputError, match=reason):

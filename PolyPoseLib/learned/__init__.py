@@ -1,0 +1,1 @@
+"""A patient-specific regressor of cameras, trained on renderings of one CT only."""

@@ -1,0 +1,36 @@
+"""What the regressor sees of an X-ray: images that do not depend on its scale of intensity."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from PolyPoseLib.learned.detector import VirtualDetector
+from PolyPoseLib.registration.coarse_search import PATCH_MM
+from PolyPoseLib.registration.levels import FLAT_LINE_INTEGRAL
+from PolyPoseLib.registration.local_contrast import LocalContrast
+
+CHANNELS = 3
+"""Locally normalised, normalised as a whole, mask."""
+
+LARGEST = 4.0
+"""Normalised values are clipped to this many standard deviations."""
+
+
+def network_input(
+    image: np.ndarray, mask: np.ndarray, detector: VirtualDetector, distance_mm: float
+) -> np.ndarray:
+    """(CHANNELS, side, side) float32 of an image on the virtual detector; zero outside its mask.
+
+    distance_mm: nominal distance from the source to the anchor, where the patches of the local contrast are measured.
+    """
+    counted = image[mask]
+    if counted.size == 0:
+        return np.zeros((CHANNELS, *image.shape), np.float32)
+    deviation = max(float(counted.std()), 1e-3)
+    whole = np.where(mask, (image - counted.mean()) / deviation, 0)
+    pixel_mm = 2 * detector.half_tangent * distance_mm / detector.side
+    patch = 2 * max(1, round(PATCH_MM / pixel_mm / 2)) + 1
+    local = LocalContrast(mask, patch, FLAT_LINE_INTEGRAL).normalise(whole.astype(np.float32)).values
+    return np.stack([np.clip(local, -LARGEST, LARGEST), np.clip(whole, -LARGEST, LARGEST), mask]).astype(
+        np.float32
+    )

@@ -1,0 +1,108 @@
+"""What a training consists of at one moment, and its checkpoints."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor
+from torch.optim.swa_utils import AveragedModel
+
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.learned.model_file import read_tensors, write_tensors
+from PolyPoseLib.learned.network import Architecture, CameraNetwork
+
+AVERAGING = 0.999
+"""Share of the old in the running average of the weights, which is what is validated and kept."""
+
+WEIGHT_DECAY = 1e-4
+
+
+@dataclass
+class TrainingState:
+    """network, average, optimizer: what is trained; step: done so far; earlier_seconds: used before a resumption.
+
+    best_mm, best: smallest validation error and the averaged weights that gave it; fruitless: validations since;
+    bfloat16: whether the network computes in that precision, None until it was tried.
+    """
+
+    network: CameraNetwork
+    average: AveragedModel
+    optimizer: torch.optim.Optimizer
+    step: int = 0
+    earlier_seconds: float = 0.0
+    best_mm: float = float("inf")
+    best: dict[str, Tensor] = field(default_factory=dict)
+    fruitless: int = 0
+    bfloat16: bool | None = None
+    began: float = field(default_factory=time.monotonic)
+
+    @classmethod
+    def new(cls, architecture: Architecture, learning_rate: float, seed: int, device: str) -> TrainingState:
+        """Untrained; the weights follow from the seed."""
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed)
+            network = CameraNetwork(architecture).to(device, memory_format=torch.channels_last)
+        average = AveragedModel(network, avg_fn=_averaged, use_buffers=True).eval()
+        optimizer = torch.optim.AdamW(network.parameters(), lr=learning_rate, weight_decay=WEIGHT_DECAY)
+        return cls(network, average, optimizer)
+
+    @property
+    def seconds(self) -> float:
+        """Time that the training has taken, interruptions left out."""
+        return self.earlier_seconds + time.monotonic() - self.began
+
+    def keep_if_best(self, error_mm: float) -> None:
+        """Remember the averaged weights when they are the best so far."""
+        if error_mm < self.best_mm:
+            self.best_mm, self.fruitless = error_mm, 0
+            weights = self.average.module.state_dict()
+            self.best = {name: value.detach().cpu().clone() for name, value in weights.items()}
+        else:
+            self.fruitless += 1
+
+    def save(self, path: Path, identity: dict[str, Any]) -> None:
+        """Write a checkpoint; ``identity`` tells which training it belongs to."""
+        fields = {
+            "identity": identity,
+            "network": self.network.state_dict(),
+            "average": self.average.state_dict(),
+            "optimizer": self.optimizer.state_dict(),
+            "step": self.step,
+            "seconds": self.seconds,
+            "best_mm": self.best_mm,
+            "best": self.best,
+            "fruitless": self.fruitless,
+            "bfloat16": self.bfloat16,
+        }
+        write_tensors(fields, path)
+
+    def restore(self, path: Path, identity: dict[str, Any]) -> None:
+        """Go on from a checkpoint; raises InputError when it belongs to another training or is damaged."""
+        fields = read_tensors(path, "checkpoint")
+        if fields.get("identity") != identity:
+            raise InputError(
+                f"{path}: the checkpoint belongs to another CT, range of views or plan: leave out --resume, or choose "
+                "another --output."
+            )
+        try:
+            self.network.load_state_dict(fields["network"])
+            self.average.load_state_dict(fields["average"])
+            self.optimizer.load_state_dict(fields["optimizer"])
+            self.step, self.earlier_seconds = int(fields["step"]), float(fields["seconds"])
+            self.best_mm, self.best = float(fields["best_mm"]), dict(fields["best"])
+            self.fruitless, self.bfloat16 = int(fields["fruitless"]), fields["bfloat16"]
+        except (KeyError, TypeError, ValueError, RuntimeError) as error:
+            raise InputError(f"{path}: the checkpoint is damaged: leave out --resume.") from error
+        self.began = time.monotonic()
+
+
+def _averaged(average: Tensor, now: Tensor, count: Tensor) -> Tensor:
+    """Running average that forgets its beginning; counts are taken as they are."""
+    if not now.is_floating_point():
+        return now
+    share = min(AVERAGING, (1 + float(count)) / (10 + float(count)))
+    return average + (now - average) * (1 - share)
