@@ -94,6 +94,12 @@ def random_camera(rng: np.random.Generator, centre: np.ndarray, view: str, pixel
     return Camera(intrinsics, extrinsic, pixels, pixels)
 
 
+def view_name(number: int, rng: np.random.Generator | None = None) -> str:
+    """Standard view around which view ``number`` lies; ``rng`` goes on to draw its camera."""
+    rng = rng or np.random.default_rng([number, 7])
+    return list(STANDARD_VIEWS)[int(rng.integers(len(STANDARD_VIEWS)))]
+
+
 def random_views(
     ct: Volume, structures: Structures, anchor: str, pixels: int, wanted: set[int]
 ) -> Iterator[tuple[int, str, Camera, np.ndarray]]:
@@ -112,7 +118,7 @@ def random_views(
             rng = np.random.default_rng([number, 7])
             if number not in wanted:
                 continue
-            view = list(STANDARD_VIEWS)[int(rng.integers(len(STANDARD_VIEWS)))]
+            view = view_name(number, rng)
             camera = random_camera(rng, centre, view, pixels)
             while camera.depth(attenuation.corners()).min() <= 0:
                 camera = random_camera(rng, centre, view, pixels)
@@ -120,11 +126,9 @@ def random_views(
             yield number, view, camera, measure(clean, XrayPhysics(), rng)
 
 
-def find(
-    scene: Scene, image: np.ndarray, true: Camera, view: str | None, points: np.ndarray, backend: Backend
-) -> dict:
-    """Guess and refine one camera; errors in mm at the anchor's points."""
-    xray = Xray(
+def xray_of(image: np.ndarray, true: Camera, view: str | None) -> Xray:
+    """What the search gets of a view: everything but its camera's pose."""
+    return Xray(
         image=image,
         mask=np.ones(image.shape, bool),
         intrinsics=true.intrinsics,
@@ -138,6 +142,13 @@ def find(
         name=view or "view",
         standard_view=view,
     )
+
+
+def find(
+    scene: Scene, image: np.ndarray, true: Camera, view: str | None, points: np.ndarray, backend: Backend
+) -> dict:
+    """Guess and refine one camera; errors in mm at the anchor's points."""
+    xray = xray_of(image, true, view)
     monitor = Monitor(None, None)
     start, used = time.perf_counter(), time.process_time()
     try:
