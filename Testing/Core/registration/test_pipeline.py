@@ -57,6 +57,15 @@ def test_same_study_same_result_bit_for_bit(simulated, result: Result) -> None:
     np.testing.assert_array_equal(result.warped_ct.voxels, again.warped_ct.voxels)
 
 
+@pytest.mark.slow
+def test_the_default_is_not_worse_than_the_published_method(simulated, result: Result) -> None:
+    truth = Truth.from_case(simulated)
+    published = register(study(simulated, {"preset": "paper", "uncertainty": False}))
+    ours, theirs = (score_result(each, truth)["structures"] for each in (result, published))
+    for name in ("femur_left", "vertebra_L5"):
+        assert ours[name]["pose_tre_mean_mm"] <= theirs[name]["pose_tre_mean_mm"], name
+
+
 @pytest.mark.parametrize("after", [1, 4, 15])
 def test_cancelling_stops_at_the_next_iteration(simulated, after: int) -> None:
     asked = []
