@@ -101,7 +101,7 @@ def start_cameras(
     )
     ways = {source.way for source in wanted}
     chosen = ways.pop() if len(ways) == 1 else Way.AUTO
-    method = chosen.value if chosen in (Way.DICOM, Way.LANDMARKS, Way.SEARCH) else "auto"
+    method = chosen.value if chosen in (Way.DICOM, Way.LANDMARKS, Way.SEARCH, Way.LEARNED) else "auto"
     return CameraRun(study, method, command)
 
 

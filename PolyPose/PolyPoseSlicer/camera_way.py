@@ -17,6 +17,7 @@ class Way(enum.Enum):
     DICOM = "dicom"
     LANDMARKS = "landmarks"
     SEARCH = "search"
+    LEARNED = "learned"
     CALIBRATION = "calibration"
 
     @classmethod
@@ -32,6 +33,7 @@ class Way(enum.Enum):
             "dicom": _("the angles in DICOM"),
             "landmarks": _("landmarks"),
             "search": _("search"),
+            "learned": _("a model trained on this CT"),
             "calibration": _("a calibrated camera"),
         }[self.value]
 
@@ -63,6 +65,7 @@ def entry_of_way(
         return entry
     kept = {
         Way.SEARCH: ("standard_view",),
+        Way.LEARNED: ("standard_view",),
         Way.CALIBRATION: ("camera",) if fields.get("camera") == "known" else (),
     }.get(way, ())
     for field in _POSES:
@@ -71,7 +74,7 @@ def entry_of_way(
     entry.pop("calibration_frame", None)
     if way is Way.LANDMARKS and landmarks:
         entry["landmarks"] = landmarks
-    elif way is Way.SEARCH:
+    elif way in (Way.SEARCH, Way.LEARNED):
         entry["camera"] = "absent"
     elif way is Way.CALIBRATION and entry.get("calibration"):
         entry.pop("intrinsics", None)

@@ -33,8 +33,8 @@ def finding_lines(found: CameraFinding) -> list[str]:
     return lines
 
 
-def way_lines(source: XraySource, report: XrayReport) -> list[str]:
-    """What the chosen way gives before anything was searched."""
+def way_lines(source: XraySource, report: XrayReport, model: str) -> list[str]:
+    """What the chosen way gives before anything was searched; model: path of the camera model, or empty."""
     xray = report.xray
     if xray is None:
         return [_("The X-ray is not ready: give what it lacks above.")]
@@ -44,7 +44,9 @@ def way_lines(source: XraySource, report: XrayReport) -> list[str]:
         return [_("The calibration's pose is used; its world must be the CT's (LPS, mm).")]
     if source.way is Way.DICOM and xray.extrinsic is None:
         return [_("Its file tells no angles: choose another way.")]
-    if source.way is Way.SEARCH:
+    if source.way is Way.LEARNED and not model:
+        return [_("Choose the model's file; python -m PolyPoseLib train writes one for this CT.")]
+    if source.way in (Way.SEARCH, Way.LEARNED):
         return [_("Not searched yet: find it here, or the registration searches when it starts.")]
     return []
 

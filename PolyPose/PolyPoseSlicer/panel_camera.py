@@ -21,7 +21,13 @@ from .camera_words import finding_lines, html_of, way_lines
 from .cameras import CAMERA_ATTRIBUTE, SceneCamera, set_camera
 from .dependencies import ensure_dependencies
 from .panel_xrays import XraysPart
-from .parameters import PolyPoseParameterNode, store_xray_sources, xray_sources
+from .parameters import (
+    PolyPoseParameterNode,
+    camera_model_of,
+    store_camera_model,
+    store_xray_sources,
+    xray_sources,
+)
 from .study_run import State
 from .xray_reading import XrayReader
 from .xray_source import XraySource
@@ -68,6 +74,7 @@ class CameraPart:
         ui.cameraWay.connect("currentIndexChanged(int)", self._edited)
         ui.standardView.connect("currentIndexChanged(int)", self._edited)
         ui.calibrationFile.connect("currentPathChanged(QString)", self._edited)
+        ui.cameraModel.connect("currentPathChanged(QString)", self._model_edited)
         ui.findCamera.connect("clicked()", self.press)
         ui.findCameras.connect("clicked()", self.find_all)
         ui.lookAtFinding.connect("clicked()", self.look)
@@ -90,11 +97,14 @@ class CameraPart:
         ui.cameraWay.currentIndex = _WAYS.index(way)
         ui.standardView.currentIndex = max(0, ui.standardView.findText(fields.get("standard_view") or ""))
         ui.calibrationFile.currentPath = str(fields.get("calibration") or "")
+        ui.cameraModel.currentPath = camera_model_of(parameters) if parameters is not None else ""
         self._showing = False
-        for name in ("cameraWay", "standardView", "calibrationFile"):
+        for name in ("cameraWay", "standardView", "calibrationFile", "cameraModel"):
             getattr(ui, name).enabled = source is not None
         for name in ("standardView", "standardViewLabel"):
-            getattr(ui, name).setVisible(way in (Way.SEARCH, Way.AUTO))
+            getattr(ui, name).setVisible(way in (Way.SEARCH, Way.LEARNED, Way.AUTO))
+        for name in ("cameraModel", "cameraModelLabel"):
+            getattr(ui, name).setVisible(way is Way.LEARNED)
         ui.landmarksBox.setVisible(way is Way.LANDMARKS)
         self._show_finding(source)
         self._show_buttons()
@@ -188,6 +198,11 @@ class CameraPart:
         if fields != source.fields or way is not source.way:
             self._xrays.change({self._xrays.number: replace(_forgotten(source), fields=fields, way=way)})
 
+    def _model_edited(self, *_ignored: Any) -> None:
+        """Store the camera model's path, which serves all X-rays."""
+        if not self._showing and self._parameters is not None:
+            store_camera_model(self._parameters, self._ui.cameraModel.currentPath.strip())
+
     def _poll(self) -> None:
         """Every 50 ms: take what came, show it, and end when it has ended."""
         run = self._run
@@ -257,7 +272,9 @@ class CameraPart:
         if found is not None:
             ui.cameraFinding.text = html_of(finding_lines(found), doubtful=not found.sure)
         elif source is not None:
-            ui.cameraFinding.text = html_of(way_lines(source, self._xrays.report()), doubtful=False)
+            ui.cameraFinding.text = html_of(
+                way_lines(source, self._xrays.report(), camera_model_of(self._parameters)), doubtful=False
+            )
         else:
             ui.cameraFinding.text = _("Select an X-ray in the table.")
         waits = found is not None and not found.taken
@@ -280,6 +297,8 @@ class CameraPart:
         missing = self._missing()
         if source is not None and source.way in (Way.CARM, Way.CALIBRATION):
             missing = missing or _("This way gives the camera without a search.")
+        if source is not None and source.way is Way.LEARNED and not camera_model_of(self._parameters):
+            missing = missing or _("Choose the model's file.")
         ui.findCamera.text = _("Find camera")
         ui.findCamera.enabled = source is not None and not missing
         ui.findCamera.setToolTip(missing or _("Look for the camera of the selected X-ray."))

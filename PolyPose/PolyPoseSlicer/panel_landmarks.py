@@ -356,7 +356,7 @@ def _number_frames(sources: list[XraySource]) -> None:
             owners[frame.GetID()] = str(row)
     used = {node.GetTransformNodeID() for node in slicer.util.getNodesByClass("vtkMRMLMarkupsFiducialNode")}
     for frame in pixel_frames.all_frames():
-        number = owners.get(frame.GetID(), "none")
+        number = owners.get(frame.GetID(), pixel_frames.NO_VIEW)
         if frame.GetID() not in used:
             slicer.mrmlScene.RemoveNode(frame)
         elif frame.GetAttribute(pixel_frames.FRAME_ATTRIBUTE) != number:

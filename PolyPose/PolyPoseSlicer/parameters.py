@@ -140,9 +140,26 @@ def _text_of(source: XraySource) -> str:
 
 
 def options_of(parameters: PolyPoseParameterNode) -> dict:
-    """The study's options: the advanced ones, preset and device."""
+    """The study's options: the advanced ones, preset and device; a camera model only where an X-ray uses it."""
     chosen = {"preset": parameters.preset.value, "device": parameters.device.value}
-    return {**json.loads(parameters.options or "{}"), **chosen}
+    options = {**json.loads(parameters.options or "{}"), **chosen}
+    if not any(source.way in (Way.LEARNED, Way.AUTO) for source in xray_sources(parameters)):
+        options.pop("camera_model", None)
+    return options
+
+
+def camera_model_of(parameters: PolyPoseParameterNode) -> str:
+    """Path of the camera model that was trained on the CT, empty when there is none."""
+    return str(json.loads(parameters.options or "{}").get("camera_model") or "")
+
+
+def store_camera_model(parameters: PolyPoseParameterNode, path: str) -> None:
+    """Remember the path of a camera model; an empty one forgets it."""
+    options = json.loads(parameters.options or "{}")
+    options.pop("camera_model", None)
+    if path:
+        options["camera_model"] = path
+    parameters.options = json.dumps(options)
 
 
 def outputs_of(parameters: PolyPoseParameterNode) -> OutputNodes:

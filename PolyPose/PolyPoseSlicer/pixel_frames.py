@@ -13,6 +13,9 @@ from .frames import to_vtk
 FRAME_ATTRIBUTE = "PolyPose.PixelFrame"
 """Attribute of a frame's transform node: the number of the view that shows its X-ray."""
 
+NO_VIEW = "none"
+"""The attribute of a frame whose X-ray no view shows."""
+
 
 def frame_above(points: slicer.vtkMRMLMarkupsNode | None) -> slicer.vtkMRMLLinearTransformNode | None:
     """The frame that a list of points lies in; None when it lies elsewhere."""
@@ -20,12 +23,12 @@ def frame_above(points: slicer.vtkMRMLMarkupsNode | None) -> slicer.vtkMRMLLinea
     return parent if parent is not None and parent.GetAttribute(FRAME_ATTRIBUTE) else None
 
 
-def new_frame(name: str, number: int) -> slicer.vtkMRMLLinearTransformNode:
-    """A frame for the X-ray that view number shows; `place` moves it."""
+def new_frame(name: str, number: int | None = None) -> slicer.vtkMRMLLinearTransformNode:
+    """A frame for the X-ray that view number shows, or that none shows yet; `place` moves it."""
     node = slicer.mrmlScene.AddNewNodeByClass(
         "vtkMRMLLinearTransformNode", slicer.mrmlScene.GenerateUniqueName(name)
     )
-    node.SetAttribute(FRAME_ATTRIBUTE, str(number))
+    node.SetAttribute(FRAME_ATTRIBUTE, NO_VIEW if number is None else str(number))
     return node
 
 

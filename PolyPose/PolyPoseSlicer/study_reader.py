@@ -13,9 +13,12 @@ import slicer
 
 from PolyPoseLib.errors import InputError
 
-from .frames import flip_affine
+from .camera_way import Way
+from .frames import flip_affine, flip_vectors
+from .landmark_lists import fill, new_list
 from .nodes import Grid, Layer, Voxels, set_layer, set_volume
 from .parameters import Device, PolyPoseParameterNode, Preset, store_xray_sources
+from .pixel_frames import new_frame
 from .results import BONE_WINDOW_LEVEL
 from .xray_source import XraySource
 
@@ -51,7 +54,7 @@ def open_study(
     parameters.ct, parameters.segmentation = ct_node, bones
     parameters.structures, parameters.anchor = json.dumps(chosen), fields["anchor"]
     store_xray_sources(parameters, sources)
-    _set_options(parameters, fields.get("options") or {})
+    _set_options(parameters, fields.get("options") or {}, path.parent)
     parameters.EndModify(was)
     return [ct_node, bones, *(each.image for each in sources if each.image is not None)]
 
@@ -72,16 +75,31 @@ def _xray_source(entry: Mapping[str, Any], image: np.ndarray | None, folder: Pat
     for name in ("mask", "calibration"):
         if fields.get(name):
             fields[name] = str((folder / fields[name]).resolve())
-    if image is None:
-        return XraySource(
-            path=str((folder / entry["image"]).resolve()), frame=entry.get("frame"), fields=fields
-        )
     name = str(entry.get("name") or Path(entry["image"]).name.split(".")[0])
+    lists: dict[str, Any] = {}
+    if fields.get("landmarks") and fields.get("extrinsic") is None:
+        lists = _add_landmarks(fields.pop("landmarks"), name)
+    if image is None:
+        path = str((folder / entry["image"]).resolve())
+        return XraySource(path=path, frame=entry.get("frame"), fields=fields, **lists)
     node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLScalarVolumeNode", f"X-ray {name}")
     # An image of its own has no place in the patient; as in PNG files its rows run downwards.
     down, across = fields.get("pixel_spacing_mm") or (1.0, 1.0)
     set_volume(node, image[None], np.diag([-across, -down, 1.0, 1.0]))
-    return XraySource(node, fields=fields)
+    return XraySource(node, fields=fields, **lists)
+
+
+def _add_landmarks(landmarks: list[Mapping[str, Any]], name: str) -> dict[str, Any]:
+    """The lists of points of an X-ray, as arguments of XraySource."""
+    names = [str(each.get("name") or number) for number, each in enumerate(landmarks, start=1)]
+    points = flip_vectors(np.array([each["point"] for each in landmarks], dtype=np.float64))
+    pixels = np.array([each["pixel"] for each in landmarks], dtype=np.float64)
+    in_ct = new_list(f"{name}: landmarks in the CT", in_xray=False)
+    in_xray = new_list(f"{name}: landmarks in the X-ray", in_xray=True)
+    in_xray.SetAndObserveTransformNodeID(new_frame(f"{name}: pixels").GetID())
+    fill(in_ct, points, names)
+    fill(in_xray, np.column_stack([pixels, np.zeros(len(pixels))]), names)
+    return {"way": Way.LANDMARKS, "ct_landmarks": in_ct, "xray_landmarks": in_xray}
 
 
 def _label_names(table: str | None) -> dict[int, str]:
@@ -131,8 +149,10 @@ def _add_segment(
     return identifier
 
 
-def _set_options(parameters: PolyPoseParameterNode, options: Mapping[str, Any]) -> None:
+def _set_options(parameters: PolyPoseParameterNode, options: Mapping[str, Any], folder: Path) -> None:
     rest = dict(options)
+    if rest.get("camera_model"):
+        rest["camera_model"] = str((folder / rest["camera_model"]).resolve())
     parameters.preset = Preset(rest.pop("preset", Preset.DEFAULT.value))
     parameters.device = Device(rest.pop("device", Device.AUTO.value))
     parameters.options = json.dumps(rest)

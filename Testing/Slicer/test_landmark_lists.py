@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import unittest
+from dataclasses import replace
 from types import SimpleNamespace
 
 import landmark_case
@@ -231,8 +232,6 @@ class EntryTest(SlicerTestCase):
         )
 
     def entry(self, way: Way, **changes) -> dict:
-        from dataclasses import replace
-
         return json.loads(json.dumps(replace(self.source, way=way, **changes).entry("x.nrrd", None)))
 
     def test_landmarks_of_the_scene_give_the_core_the_true_camera(self) -> None:
@@ -245,6 +244,29 @@ class EntryTest(SlicerTestCase):
         detector = Camera(np.array(entry["intrinsics"]), np.eye(4), self.camera.height, self.camera.width)
         found = camera_from_landmarks(read.points, read.pixels, detector)
         np.testing.assert_allclose(found.camera.extrinsic, self.camera.extrinsic, atol=1e-3)
+
+    def test_landmarks_of_a_study_come_into_the_scene_and_out_again(self) -> None:
+        from PolyPoseSlicer import parameters
+        from PolyPoseSlicer.study_reader import open_study
+        from PolyPoseSlicer.study_writer import read_study, write_study
+
+        ct = scenes.add_ct()
+        bones = scenes.add_segmentation(ct)
+        source = replace(self.source, way=Way.LANDMARKS)
+        data = read_study(ct, bones, {"pelvis": ["pelvis"]}, [source], "pelvis")
+        path = write_study(data, self.folder)
+        wanted = json.loads(path.read_text())["xrays"][0]["landmarks"]
+        slicer.mrmlScene.Clear()
+        from PolyPose import PolyPoseLogic
+
+        node = PolyPoseLogic().getParameterNode()
+        open_study(path, node)
+        opened = parameters.xray_sources(node)[0]
+        self.assertIs(opened.way, Way.LANDMARKS)
+        found = opened.entry("x.nrrd", None)["landmarks"]
+        self.assertEqual([each["name"] for each in found], [each["name"] for each in wanted])
+        for key in ("point", "pixel"):
+            np.testing.assert_allclose([e[key] for e in found], [e[key] for e in wanted], atol=1e-6)
 
     def test_each_way_leaves_the_others_out(self) -> None:
         self.assertEqual(self.entry(Way.AUTO)["extrinsic"], np.eye(4).tolist())
@@ -260,8 +282,6 @@ class EntryTest(SlicerTestCase):
         self.assertNotIn("extrinsic", self.entry(Way.SEARCH, camera_transform=placed))
 
     def test_a_calibrated_camera_is_read_with_its_pose(self) -> None:
-        from dataclasses import replace
-
         path = self.folder / "camera.csv"
         np.savetxt(path, self.camera.intrinsics @ self.camera.extrinsic[:3], delimiter=",")
         fields = {"source_to_detector_mm": 1000.0, "calibration": str(path)}

@@ -199,6 +199,27 @@ class FindTest(CamerasCase):
         self.assertEqual(self.ui.xraysTable.item(0, 3).text(), "not ready")
         self.assertIn("3 rows of 4 numbers", self.ui.xrayState.text)
 
+    def test_a_trained_model_is_handed_on_and_only_where_it_is_used(self) -> None:
+        self.choose(Way.LEARNED)
+        self.assertFalse(self.ui.findCamera.enabled)
+        self.assertIn("Choose the model's file", self.ui.cameraFinding.text)
+        self.ui.cameraModel.currentPath = "/models/pelvis.pt"
+        self.assertTrue(self.ui.findCamera.enabled)
+        self.answer(found(sure=False))
+        self.find()
+        arguments, study = self.asked()
+        self.assertEqual(arguments[arguments.index("--method") + 1], "learned")
+        self.assertEqual(study["options"]["camera_model"], "/models/pelvis.pt")
+        self.assertEqual(study["xrays"][0]["camera"], "absent")
+        self.ui.threads.value = 2
+        self.assertEqual(parameters.camera_model_of(self.panel.parameters), "/models/pelvis.pt")
+        self.choose(Way.SEARCH, 1)
+        self.choose(Way.SEARCH, 0)
+        self.assertNotIn("camera_model", parameters.options_of(self.panel.parameters))
+        self.choose(Way.LEARNED)
+        self.ui.cameraModel.currentPath = ""
+        self.assertNotIn("camera_model", parameters.options_of(self.panel.parameters))
+
     def test_what_is_missing_is_the_tool_tip(self) -> None:
         self.ui.segmentationSelector.setCurrentNode(None)
         self.assertFalse(self.ui.findCamera.enabled)
