@@ -33,9 +33,12 @@ class Architecture:
 
     def __post_init__(self) -> None:
         """Check the sizes; raises InputError."""
-        sizes = (self.views, *self.blocks, *self.channels)
-        if len(sizes) != 9 or not all(isinstance(n, int) and 1 <= n <= 2048 for n in sizes):
-            raise InputError(f"A network of the sizes {sizes} cannot be built.")
+        limits = ((self.views,), 64), (self.blocks, 64), (self.channels, 2048)
+        for sizes, most in limits:
+            if not all(isinstance(n, int) and 1 <= n <= most for n in sizes):
+                raise InputError(f"A network of the sizes {sizes} cannot be built.")
+        if len(self.blocks) != 4 or len(self.channels) != 4:
+            raise InputError("A network has four stages: give four numbers of blocks and of channels.")
 
 
 class CameraNetwork(nn.Module):
