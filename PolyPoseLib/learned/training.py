@@ -168,9 +168,12 @@ class Trainer:
     def run(self, validate: Callable[[], None], monitor: Monitor) -> None:
         """Take steps until there is a reason to end."""
         state, plan = self.state, self.plan
+        monitor.step(STAGE, int(1000 * self.share), 1000, None)
         batches = training_batches(self.sampler, state.step, plan.steps, plan.workers)
-        while self.share < 1 and state.fruitless < plan.patience:
-            batch = next(batches)
+        waiting = next(batches, None)
+        state.began = time.monotonic()  # what it takes to get going does not count
+        while waiting is not None and self.share < 1 and state.fruitless < plan.patience:
+            batch = waiting
             if state.bfloat16 is None:
                 state.bfloat16 = self._bfloat16_pays(batch.tensors(self.device)[0])
             self.step(batch)
@@ -178,6 +181,7 @@ class Trainer:
             monitor.step(STAGE + told, int(1000 * self.share), 1000, None)
             if state.step % plan.validate_every == 0 or self.share >= 1:
                 validate()
+            waiting = next(batches, None) if self.share < 1 else None
 
     def step(self, batch: Batch) -> float:
         """Improve the network on one batch; returns the loss."""
