@@ -16,7 +16,7 @@ from PolyPoseLib.imaging.xray import place_isocenter
 from PolyPoseLib.options import Options
 from PolyPoseLib.progress import CancelQuery, ProgressCallback
 from PolyPoseLib.registration.camera_guess import Regressor, initial_camera
-from PolyPoseLib.registration.cameras import find_camera
+from PolyPoseLib.registration.camera_starts import FoundCamera, find_camera_near
 from PolyPoseLib.registration.joint import JointResult, fit_structures
 from PolyPoseLib.registration.levels import Measured
 from PolyPoseLib.registration.monitor import Monitor
@@ -133,10 +133,27 @@ class _Cameras:
                     if options.preset == "paper":
                         camera = find_camera_by_anchor(study.ct, scene, first, backend, monitor, stage)
                     else:
-                        camera = find_camera(scene, first, preset.camera_levels, backend, monitor, stage)
+                        near = find_camera_near(
+                            scene,
+                            first,
+                            preset.camera_levels,
+                            xray.source_to_detector_mm,
+                            backend,
+                            monitor,
+                            stage,
+                        )
+                        camera = near.camera
+                        warnings.extend([] if near.sure else [_doubt(xray.name or f"X-ray {n + 1}", near)])
                 initial.append(first)
                 refined.append(Measured(xray.image, xray.mask, camera))
         return cls(initial, refined, free, warnings)
+
+
+def _doubt(name: str, near: FoundCamera) -> str:
+    return (
+        f'The camera of X-ray "{name}" is doubtful: its rendering of the anchor explains it badly (local correlation '
+        f"{near.similarity:.2f}); look at it, or give a better guess, landmarks or a mask."
+    )
 
 
 def _soft_tissue(scene: Scene, options: Options, preset: Preset) -> SoftTissue:

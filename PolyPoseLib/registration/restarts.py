@@ -1,8 +1,8 @@
 """Another look at every bone from other starting poses, one bone at a time.
 
 Least squares find the nearest valley only.  After the coarsest level each bone, from the anchor outwards, is started
-anew: turned about its joint to either side of three axes, carried along with its neighbour, and at rest.  The start
-that ends at the lowest cost over one fixed region of the X-rays is kept.
+anew: turned about its joints to either side of three axes, shifted, carried along with its neighbour, and at rest.
+The start that ends at the lowest cost over one fixed region of the X-rays is kept.
 """
 
 from __future__ import annotations
@@ -24,8 +24,13 @@ from PolyPoseLib.registration.weighting import VISIBLE_LINE_INTEGRAL, reliabilit
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import project_body
 
-TURN_DEG = 10.0
-"""Rotation of the starts about the bone's joint."""
+TURN_DEG = 12.0
+"""Rotation of the starts about the bone's joints."""
+
+SHIFT_MM = 12.0
+"""Shift of the starts along the patient's axes."""
+
+_AXES = tuple(sign * axis for axis in np.eye(3) for sign in (-1.0, 1.0))
 
 REACH_MM = 8.0
 """The X-rays count this far around every start's projection."""
@@ -52,14 +57,14 @@ def restart_bones(
     tissue = [soft.render(field, view.camera, np.eye(4), level.size_mm, backend) for view in views]
     poses = poses.copy()
     order = chain_from_anchor(scene)
-    for n, (k, neighbour, joint) in enumerate(order):
+    for n, (k, neighbour) in enumerate(order):
         monitor.step("restarts", n, len(order), None)
-        poses[k] = _best_start(_Bone(scene, k, level, backend), views, tissue, poses, neighbour, joint)
+        poses[k] = _best_start(_Bone(scene, k, level, backend), views, tissue, poses, neighbour)
     return poses
 
 
-def chain_from_anchor(scene: Scene) -> list[tuple[int, int, np.ndarray]]:
-    """(bone, the neighbour it hangs from, their joint (3,) in the CT), nearest to the anchor first."""
+def chain_from_anchor(scene: Scene) -> list[tuple[int, int]]:
+    """(bone, the neighbour it hangs from), nearest to the anchor first."""
     reached, order = {scene.anchor}, []
     while len(order) < len(scene.names) - 1:
         for joint in sorted(scene.articulations, key=lambda each: each.slide_mm):
@@ -67,7 +72,7 @@ def chain_from_anchor(scene: Scene) -> list[tuple[int, int, np.ndarray]]:
                 inner, outer = joint.first, joint.second
                 if inner not in reached:
                     inner, outer = outer, inner
-                order.append((outer, inner, joint.point))
+                order.append((outer, inner))
                 reached.add(outer)
                 break
     return order
@@ -104,16 +109,17 @@ class _OneBonePrior:
         return full
 
 
-def _starts(pose: np.ndarray, carried: np.ndarray, joint: np.ndarray) -> Iterator[np.ndarray]:
-    """The present pose, rest, the neighbour's motion, and turns about the joint."""
+def _starts(pose: np.ndarray, carried: np.ndarray, joints: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
+    """The present pose, rest, the neighbour's motion, turns about each joint and shifts."""
     yield pose
     yield np.eye(4)
     yield carried
-    place = (np.linalg.inv(pose) @ np.r_[joint, 1.0])[:3]
-    for axis in np.eye(3):
-        for sign in (-1.0, 1.0):
-            turn = perturbation(np.r_[sign * np.radians(TURN_DEG) * axis, np.zeros(3)])
-            yield pose @ about(turn, place)
+    for joint in joints:
+        place = (np.linalg.inv(pose) @ np.r_[joint, 1.0])[:3]
+        for axis in _AXES:
+            yield pose @ about(perturbation(np.r_[np.radians(TURN_DEG) * axis, np.zeros(3)]), place)
+    for axis in _AXES:
+        yield pose @ perturbation(np.r_[np.zeros(3), SHIFT_MM * axis])
 
 
 def _best_start(
@@ -122,10 +128,10 @@ def _best_start(
     tissue: Sequence[np.ndarray],
     poses: np.ndarray,
     neighbour: int,
-    joint: np.ndarray,
 ) -> np.ndarray:
     body = bone.scene.bodies(bone.level.size_mm)[bone.number]
-    starts = list(_starts(poses[bone.number], poses[neighbour], joint))
+    joints = [each.point for each in bone.scene.articulations if bone.number in (each.first, each.second)]
+    starts = list(_starts(poses[bone.number], poses[neighbour], joints))
     seen = [_view_of_one_bone(bone, n, view, tissue[n], poses, starts) for n, view in enumerate(views)]
     if not any((view.weight > 0).any() for view in seen):
         return poses[neighbour]
