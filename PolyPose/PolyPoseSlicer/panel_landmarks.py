@@ -309,6 +309,9 @@ class LandmarksPart:
 
     def _remove_projected(self) -> None:
         if self._projected is not None and self._projected.GetScene() is not None:
+            self._projected.GetDisplayNode().SetVisibility(
+                False
+            )  # a 3D view may draw removed points until then
             slicer.mrmlScene.RemoveNode(self._projected)
         self._projected = None
 

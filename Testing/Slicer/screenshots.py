@@ -88,6 +88,7 @@ def _landmarks(panel, manager, folder: Path, study: Path) -> None:
         ui.cameraWay.currentIndex = 0
     ui.xraysTable.selectRow(0)
     for node in (source.ct_landmarks, source.xray_landmarks):
+        node.GetDisplayNode().SetVisibility(False)
         slicer.mrmlScene.RemoveNode(node)
     ui.cameraSection.collapsed = True
 
