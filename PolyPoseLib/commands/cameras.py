@@ -5,14 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import logging
-import os
-import uuid
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.commands._arguments import add_options, add_progress, merged_options, new_parser
 from PolyPoseLib.commands._console import progress_display, table
 from PolyPoseLib.errors import InputError, UntrustedResultError
+from PolyPoseLib.whole_file import replaced_whole
 
 if TYPE_CHECKING:
     from PolyPoseLib.registration.camera_guess import Guess
@@ -143,12 +142,10 @@ def camera_report(study: Study, guesses: dict[int, Guess]) -> dict[str, Any]:
 
 def write_json(fields: dict[str, Any], path: Path, option: str) -> None:
     """Write a file whole or not at all; raises InputError, naming the option, when the system refuses."""
-    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}")
     try:
-        temporary.write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
-        os.replace(temporary, path)
+        with replaced_whole(path) as temporary:
+            temporary.write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
     except OSError as error:
-        temporary.unlink(missing_ok=True)
         raise InputError(f"{path}: cannot be written ({error.strerror}): choose another {option}.") from error
 
 

@@ -118,9 +118,7 @@ def score_motion(poses: dict[str, np.ndarray], transform: DisplacementField, tru
             **{f"tre_{kind}_mm": value for kind, value in by_warp[name].items()},
             **{f"pose_tre_{kind}_mm": value for kind, value in by_pose[name].items()},
             "pose_rotation_deg": rotation_between_deg(true[n], found[n]),
-            "pose_error": _pose_error(
-                true[n], found[n], metrics.mask_points(labels.voxels == n + 1, labels.affine)
-            ),
+            "pose_error": _pose_error(true[n], found[n], _centroid(truth, name)),
             "rest_tre_mean_mm": at_rest[name]["mean"],
             "dice": metrics.dice(true_mask, found_mask),
             "hd95_mm": metrics.hausdorff95(true_mask, found_mask, labels.affine),
@@ -175,11 +173,14 @@ def rotation_between_deg(first: np.ndarray, second: np.ndarray) -> float:
 
 
 def _pose_error(true: np.ndarray, found: np.ndarray, moving: np.ndarray) -> list[float]:
-    """Rotation vector in degrees and displacement in mm of a bone's centroid, from its true to its found place."""
+    """Rotation vector in degrees and displacement in mm of a bone's centroid, from its true to its found place.
+
+    moving: (3,) the centroid in the CT, LPS mm.
+    """
     from scipy.spatial.transform import Rotation
 
     error = rigid_inverse(found) @ true
-    centroid = rigid_inverse(true) @ np.append(moving.mean(axis=0), 1.0)
+    centroid = rigid_inverse(true) @ np.append(moving, 1.0)
     turn = np.degrees(Rotation.from_matrix(error[:3, :3]).as_rotvec())
     return [*turn.tolist(), *(error @ centroid - centroid)[:3].tolist()]
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import uuid
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +18,7 @@ from PolyPoseLib.imaging.volume import Volume
 from PolyPoseLib.learned.detector import VirtualDetector
 from PolyPoseLib.learned.network import Architecture, CameraNetwork
 from PolyPoseLib.learned.view_range import ViewRange
+from PolyPoseLib.whole_file import replaced_whole
 
 FORMAT = "polypose camera model"
 VERSION = 1
@@ -123,15 +122,11 @@ def load_model(path: Path) -> CameraModel:
 
 def write_tensors(fields: dict[str, Any], path: Path) -> None:
     """Write tensors and plain values whole or not at all; raises InputError when the system refuses."""
-    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}")
     try:
-        with temporary.open("wb") as file:
+        with replaced_whole(path) as temporary, temporary.open("wb") as file:
             torch.save(fields, file)
-        os.replace(temporary, path)
     except (OSError, RuntimeError) as error:
         raise InputError(f"{path}: cannot be written ({error}): choose another --output.") from error
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def read_tensors(path: Path, what: str) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.cameras import find_camera
-from PolyPoseLib.registration.hypotheses import LEAST_SIMILARITY, LEAST_VOTES, PLAIN, Hypothesis
+from PolyPoseLib.registration.hypotheses import Hypothesis, explains, lonely
 from PolyPoseLib.registration.levels import Level, Measured
 from PolyPoseLib.registration.monitor import Monitor
 from PolyPoseLib.registration.rigid_motion import about, perturbation
@@ -62,14 +62,14 @@ def find_camera_near(
         )
         found = find_cameras(scene, measured, searched, backend, monitor, stage)
         best = max([best, *found[:1]], key=lambda hypothesis: hypothesis.worth)
-    placed = Measured(measured.image, measured.mask, best.camera)
+    placed = measured.with_camera(best.camera)
     camera = find_camera(scene, placed, levels[len(stages) :], backend, monitor, stage)
     return FoundCamera(camera, best.similarity, convincing(best))
 
 
 def convincing(best: Hypothesis) -> bool:
     """Whether a camera near a guess may be believed: plainly similar, or similar and reached from several starts."""
-    return best.similarity >= PLAIN or (best.similarity >= LEAST_SIMILARITY and best.votes >= LEAST_VOTES)
+    return explains(best) and not lonely(best)
 
 
 def turned_about(camera: Camera, centre: np.ndarray, degrees: float) -> Iterator[Camera]:

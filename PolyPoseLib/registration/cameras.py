@@ -35,7 +35,7 @@ def find_camera(
     total = sum(level.iterations for level in levels)
     done = 0
     for level in levels:
-        current = Measured(measured.image, measured.mask, camera)
+        current = measured.with_camera(camera)
         camera = _refine(scene, current, level, backend, monitor, stage, done, total)
         done += level.iterations
     return camera

@@ -76,11 +76,21 @@ def judge_camera(
     return Hypothesis(measured.camera, _correlation(rendered, view.target[region]), share)
 
 
+def explains(hypothesis: Hypothesis) -> bool:
+    """Whether a camera's rendering is similar enough to its X-ray to be believed."""
+    return hypothesis.similarity >= LEAST_SIMILARITY
+
+
+def lonely(hypothesis: Hypothesis) -> bool:
+    """Whether a camera was reached from too few starts for a similarity that a wrong one may have."""
+    return hypothesis.votes < LEAST_VOTES and hypothesis.similarity < PLAIN
+
+
 def doubts(found: Sequence[Hypothesis]) -> list[str]:
     """What speaks against the first of several hypotheses, best first; each a clause for people."""
     best = found[0]
     said = []
-    if best.similarity < LEAST_SIMILARITY:
+    if not explains(best):
         said.append(
             f"the rendering explains it badly (local correlation {best.similarity:.2f}, at least {LEAST_SIMILARITY:g} "
             "is expected)"
@@ -90,7 +100,7 @@ def doubts(found: Sequence[Hypothesis]) -> list[str]:
         said.append(f"another view explains it nearly as well ({rival:.2f} against {best.similarity:.2f})")
     if best.share < LEAST_SHARE:
         said.append(f"only {100 * best.share:.0f} % of the anchor show in it")
-    if best.votes < LEAST_VOTES and best.similarity < PLAIN:
+    if lonely(best):
         said.append("it was reached from one start only")
     return said
 

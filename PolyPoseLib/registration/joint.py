@@ -87,7 +87,7 @@ def fit_structures(
         solution = minimise(fit.problem, start, SolverOptions(fit.level.iterations), before_step)
         poses = solution.state.poses
         measured = [
-            Measured(m.image, m.mask, corrected(m.camera, c))
+            m.with_camera(corrected(m.camera, c))
             for m, c in zip(measured, solution.state.corrections, strict=True)
         ]
         done += stage.level.iterations

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,17 +34,23 @@ class Level:
 class Measured:
     """An X-ray as the solver takes it.
 
-    image: (H, W) float32 line integrals; mask: (H, W) bool, True where it counts; camera: the present guess.
+    image: (H, W) float32 line integrals; mask: (H, W) bool, True where it counts; camera: the present guess; noise:
+    (H, W) standard deviation of the image's noise in line integrals, read off the image where it is not given.
     """
 
     image: np.ndarray
     mask: np.ndarray
     camera: Camera
+    noise: np.ndarray | None = None
 
-    @cached_property
-    def noise(self) -> np.ndarray:
-        """(H, W) standard deviation of the X-ray's noise, in line integrals."""
-        return noise_map(self.image, self.mask)
+    def __post_init__(self) -> None:
+        """Look at the noise once; X-rays made by :meth:`with_camera` share it."""
+        if self.noise is None:
+            object.__setattr__(self, "noise", noise_map(self.image, self.mask))
+
+    def with_camera(self, camera: Camera) -> Measured:
+        """The same X-ray with another camera."""
+        return replace(self, camera=camera)
 
 
 def pixel_size_mm(camera: Camera, point: np.ndarray) -> float:

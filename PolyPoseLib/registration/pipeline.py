@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import uuid
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +30,7 @@ from PolyPoseLib.result import CameraResult, Result, StructureResult
 from PolyPoseLib.study import Study
 from PolyPoseLib.versions import installed_versions
 from PolyPoseLib.warp.field import DisplacementField
+from PolyPoseLib.whole_file import replaced_whole
 
 
 def register(
@@ -67,7 +66,7 @@ def register(
         before = judge(scene, soft, found.initial, rest, backend)
     with monitor.timed("bones"):
         joint = _fit_bones(study, scene, soft, found, rest, options, preset, backend, monitor)
-    measured = [Measured(m.image, m.mask, c) for m, c in zip(found.refined, joint.cameras, strict=True)]
+    measured = [m.with_camera(c) for m, c in zip(found.refined, joint.cameras, strict=True)]
     with monitor.timed("judging"):
         after = judge(scene, soft, measured, joint.poses, backend)
     with monitor.timed("uncertainty"):
@@ -145,7 +144,7 @@ class _Cameras:
                         camera = near.camera
                         warnings.extend([] if near.sure else [_doubt(xray.name or f"X-ray {n + 1}", near)])
                 initial.append(first)
-                refined.append(Measured(xray.image, xray.mask, camera))
+                refined.append(first.with_camera(camera))
         return cls(initial, refined, free, warnings)
 
 
@@ -191,12 +190,8 @@ def _preview_writer(path: Path) -> Callable[[DisplacementField], str | None]:
     """Replace the preview file as a whole, so that a reader never sees half of it."""
 
     def write(field: DisplacementField) -> str | None:
-        temporary = path.with_name(f".{uuid.uuid4().hex[:8]}-{path.name}")
-        try:
+        with replaced_whole(path) as temporary:
             field.write_transform(temporary)
-            os.replace(temporary, path)
-        finally:
-            temporary.unlink(missing_ok=True)
         return str(path)
 
     return write

@@ -35,8 +35,8 @@ _AXES = tuple(sign * axis for axis in np.eye(3) for sign in (-1.0, 1.0))
 REACH_MM = 8.0
 """The X-rays count this far around every start's projection."""
 
-SHORT, LONG = 3, 10
-"""Iterations that every start gets, and those that the best few go on with."""
+SHORT = 3
+"""Iterations that every start gets; the best few go on with the level's own."""
 
 KEPT = 3
 """Starts that go on."""
@@ -141,7 +141,7 @@ def _best_start(
     corrections = np.stack([np.eye(4)] * len(seen))
     short = [minimise(problem, State(start[None], corrections), SolverOptions(SHORT)) for start in starts]
     best = sorted(short, key=lambda solution: solution.cost)[:KEPT]
-    final = [minimise(problem, solution.state, SolverOptions(LONG)) for solution in best]
+    final = [minimise(problem, solution.state, SolverOptions(bone.level.iterations)) for solution in best]
     return min(final, key=lambda solution: solution.cost).state.poses[0]
 
 

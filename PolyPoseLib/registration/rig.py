@@ -46,7 +46,7 @@ def find_rig(
     measured = list(measured)
     for level in levels:
         motion = _refine(scene, measured, level, backend, monitor, stage, done, total)
-        measured = [Measured(m.image, m.mask, corrected(m.camera, motion)) for m in measured]
+        measured = [m.with_camera(corrected(m.camera, motion)) for m in measured]
         done += level.iterations
     return [m.camera for m in measured]
 
@@ -77,7 +77,7 @@ def best_for_rig(
             first = np.linalg.inv(relative[n]) @ first
             cameras = [m.camera.with_extrinsic(r @ first) for m, r in zip(measured, relative, strict=True)]
             worth = sum(
-                judge_camera(scene, Measured(m.image, m.mask, camera), level, points, backend).worth
+                judge_camera(scene, m.with_camera(camera), level, points, backend).worth
                 for m, camera in zip(measured, cameras, strict=True)
             )
             if worth > best_worth:

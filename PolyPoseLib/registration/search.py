@@ -139,7 +139,7 @@ def find_cameras(
 
     """
     quiet = _Quiet(monitor, stage)
-    points = anchor_points(scene.bodies(SIZE_MM)[scene.anchor], 300)
+    points = _compared_points(scene)
     found: list[Hypothesis] = []
     for round_number, density in enumerate(densities):
         quiet.start_round(round_number, len(densities))
@@ -161,7 +161,7 @@ def coarse_cameras(
     density: Density = USUAL,
 ) -> list[Camera]:
     """Only the exhaustive part of :func:`find_cameras`, likeliest camera first; nothing is refined."""
-    points = anchor_points(scene.bodies(SIZE_MM)[scene.anchor], 300)
+    points = _compared_points(scene)
     return _coarse(scene, measured, searched, density, points, backend, _Quiet(monitor, stage))
 
 
@@ -175,8 +175,13 @@ def refine_cameras(
     stages: Sequence[Stage] = STAGES,
 ) -> list[Hypothesis]:
     """Only the refinement of :func:`find_cameras`: from cameras that something else proposes, best first."""
-    points = anchor_points(scene.bodies(SIZE_MM)[scene.anchor], 300)
+    points = _compared_points(scene)
     return _refined(scene, measured, cameras, stages, points, backend, _Quiet(monitor, stage))
+
+
+def _compared_points(scene: Scene) -> np.ndarray:
+    """Points (N, 3) LPS mm of the anchor whose projections tell cameras apart."""
+    return anchor_points(scene.bodies(SIZE_MM)[scene.anchor], 300)
 
 
 def perturbed(camera: Camera, centre: np.ndarray, rng: np.random.Generator) -> Camera:
@@ -212,9 +217,9 @@ def _refined(
         judged = []
         for n, start in enumerate(found):
             quiet.share = 0.5 + 0.5 * (number + n / len(found)) / len(stages)
-            placed = Measured(measured.image, measured.mask, start.camera)
+            placed = measured.with_camera(start.camera)
             camera = find_camera(scene, placed, [step.level], backend, quiet, quiet.stage)
-            placed = Measured(measured.image, measured.mask, camera)
+            placed = measured.with_camera(camera)
             judgement = judge_camera(scene, placed, step.level, points, backend)
             judged.append(replace(judgement, votes=start.votes))
         found = merged(judged, points, step.apart_mm, step.keep, SAME_MM)
