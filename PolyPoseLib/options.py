@@ -35,7 +35,8 @@ class Options:
     epsilon: 1/mm^2, of the weights "epsilon" only.
     optimizer: of the joint stage.
     kernel: "numba" is the fused one, "torch" the plain one; "auto" takes what is installed.
-    composed: whether every bone is laid rigidly over the warped soft tissue in the warped CT.
+    rotation_reach_mm: distance from a bone at which tissue takes half of its rotation; a very large one lets bones turn
+    all tissue, as the preset "paper" does.
     refine_cameras: whether cameras that are not known are refined by the anchor.
     uncertainty: whether confidence intervals are computed.
     transform_spacing_mm: grid of the displacement field, at most 4 mm.
@@ -52,9 +53,9 @@ class Options:
     weights: str | None = None
     weight_frame: str | None = None
     epsilon: float | None = None
+    rotation_reach_mm: float | None = None
     optimizer: str | None = None
     kernel: str = "auto"
-    composed: bool = False
     refine_cameras: bool = True
     uncertainty: bool = True
     transform_spacing_mm: float | None = None
@@ -68,6 +69,11 @@ class Options:
             if value is None and field.default is None:
                 continue
             _check(field.name, str(field.type), value)
+        if self.rotation_reach_mm is not None and self.preset == "paper":
+            raise InputError(
+                'Option "rotation_reach_mm" does not go with the preset "paper", whose bones turn all tissue: leave it '
+                "out, or choose another preset."
+            )
         if self.transform_spacing_mm is not None and self.transform_spacing_mm > 4:
             raise InputError(
                 f'Option "transform_spacing_mm" is {self.transform_spacing_mm:g}, coarser than the 4 mm that '

@@ -161,6 +161,7 @@ def _soft_tissue(scene: Scene, options: Options, preset: Preset) -> SoftTissue:
         options.weight_frame or preset.weight_frame,
         options.weights or preset.weights,
         options.epsilon or 0.1,
+        options.rotation_reach_mm or preset.rotation_reach_mm,
     )
 
 

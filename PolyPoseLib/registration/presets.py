@@ -10,12 +10,13 @@ from PolyPoseLib.registration.levels import Level
 
 @dataclass(frozen=True)
 class Preset:
-    """Levels of the camera stage, stages of the joint fit, and the weights of the smooth warp."""
+    """Levels of the camera stage, stages of the joint fit, and the smooth warp (see SoftTissue)."""
 
     camera_levels: tuple[Level, ...]
     joint: tuple[JointStage, ...]
     weights: str = "rigid"
     weight_frame: str = "moving"
+    rotation_reach_mm: float | None = 40.0
 
 
 PRESETS: dict[str, Preset] = {
@@ -33,5 +34,5 @@ PRESETS: dict[str, Preset] = {
         joint=(JointStage(Level(6.0, 40.0, 15, 0.01)), JointStage(Level(3.0, 20.0, 15, 0.005))),
     ),
     # Its levels are those of PolyPoseLib.registration.paper.
-    "paper": Preset(camera_levels=(), joint=(), weights="mass", weight_frame="fixed"),
+    "paper": Preset(camera_levels=(), joint=(), weights="mass", weight_frame="fixed", rotation_reach_mm=None),
 }

@@ -10,7 +10,7 @@ from PolyPoseLib.rendering.backend import Backend, IndexField
 from PolyPoseLib.rendering.rigid import Body, index_rays
 from PolyPoseLib.warp.dense import displacement_field
 from PolyPoseLib.warp.field import DisplacementField, covering_grid
-from PolyPoseLib.warp.polyrigid import PolyrigidWarp
+from PolyPoseLib.warp.polyrigid import PolyrigidWarp, Turning
 from PolyPoseLib.warp.weights import DistanceMaps, distance_maps
 
 FIELD_MM = 8.0
@@ -23,14 +23,21 @@ MARGIN_MM = 30.0
 class SoftTissue:
     """The smooth warp of a scene, and what the soft tissue looks like under it.
 
-    frame, form, epsilon: of the weights, as in :class:`PolyrigidWarp`.
+    frame, form, epsilon: of the weights, as in :class:`PolyrigidWarp`; rotation_reach_mm: distance at which tissue
+    takes half of a bone's rotation, None for no limit.
     """
 
     def __init__(
-        self, scene: Scene, frame: str = "moving", form: str = "rigid", epsilon: float = 0.1
+        self,
+        scene: Scene,
+        frame: str = "moving",
+        form: str = "rigid",
+        epsilon: float = 0.1,
+        rotation_reach_mm: float | None = None,
     ) -> None:
         self.scene = scene
         self.frame, self.form, self.epsilon = frame, form, epsilon
+        self._turning = Turning(rotation_reach_mm, scene.centres) if rotation_reach_mm is not None else None
         self._coarse: DistanceMaps | None = None
         affine, shape = scene.ct_affine, scene.structures.labels.shape
         self._grid = covering_grid(affine, shape, FIELD_MM, MARGIN_MM)
@@ -39,7 +46,9 @@ class SoftTissue:
         """The warp of fixed to moving points for poses (K, 4, 4)."""
         share = self.scene.structures.volume_share()
         centre = self.scene.anchor_centre
-        return PolyrigidWarp(distances, share, poses, self.frame, self.form, self.epsilon, centre)
+        return PolyrigidWarp(
+            distances, share, poses, self.frame, self.form, self.epsilon, centre, self._turning
+        )
 
     def coarse_field(self, poses: np.ndarray) -> DisplacementField:
         """Displacements (mm) on a grid of FIELD_MM."""

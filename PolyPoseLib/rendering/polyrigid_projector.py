@@ -49,6 +49,8 @@ class PolyrigidProjector(ABC):
     gives the distance maps, shares, form and frame of the weights, and the centre (its poses are not used); camera:
     stays; step_mm: distance of samples; margin_mm: rays are clipped to the volume's box, in the fixed frame,
     enlarged by this much; weights_bytes: memory in which weights of the fixed frame are kept.
+
+    Raises ValueError for a warp whose bones turn only the tissue nearby.
     """
 
     def __init__(
@@ -62,6 +64,8 @@ class PolyrigidProjector(ABC):
         weights_bytes: int = WEIGHTS_BYTES,
         samples_per_chunk: int = SAMPLES_PER_CHUNK,
     ) -> None:
+        if warp.turning is not None:
+            raise ValueError("The projector renders plain means of logarithms: give a warp without turning.")
         self.warp = warp
         self._weights: dict[int, Weights] = {}
         self._room = weights_bytes

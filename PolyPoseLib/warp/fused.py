@@ -10,6 +10,9 @@ import numpy as np
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp
 from PolyPoseLib.warp.weights import RIGID_DELTA_MM, WeightForm
 
+ENDLESS_MM = 1e9
+"""Reach within which a bone turns tissue, where the warp sets none."""
+
 
 def fused_displacements(warp: object) -> Callable[[np.ndarray], np.ndarray] | None:
     """A function from fixed points (N, 3) LPS mm to their displacements (N, 3) float32 mm.
@@ -41,6 +44,8 @@ def fused_displacements(warp: object) -> Callable[[np.ndarray], np.ndarray] | No
         warp.frame == "moving",
         np.ascontiguousarray(poses[:, :3], np.float32),
         warp.logs.detach().numpy().astype(np.float32),
+        warp.shifts.detach().numpy().astype(np.float32),
+        np.float32((warp.turning.reach_mm if warp.turning else ENDLESS_MM) ** 2),
     )
 
     def displacements(points: np.ndarray) -> np.ndarray:

@@ -12,13 +12,14 @@ _float = np.float32
 
 
 @numba.njit(parallel=True, fastmath=True, cache=True)
-def displace(points, maps, to_grid, spacing, share, form, constant, travel, poses, logs, out):
+def displace(points, maps, to_grid, spacing, share, form, constant, travel, poses, logs, shifts, reach2, out):
     """Fill out (N, 3) with the displacements in mm of points (N, 3).
 
     All floats are float32, all points relative to the centre about which logarithms are taken. maps: (K, d, h, w)
     signed distances, two nodes or more along every axis; to_grid: (3, 4), mm to the maps' index; spacing: (3,) mm along
     (i, j, k); share: (K,); form, constant: see raw_weight; travel: whether distances are measured at T_k x;
-    poses: (K, 3, 4), the T_k; logs: (K, 6).
+    poses: (K, 3, 4), the T_k; logs: (K, 6); shifts: (K, 3) of the centroids; reach2: squared distance in mm^2 at which
+    tissue takes half of a bone's rotation.
     """
     structures = len(logs)
     for n in numba.prange(len(points)):
@@ -33,14 +34,17 @@ def displace(points, maps, to_grid, spacing, share, form, constant, travel, pose
                 b = pose[1, 0] * x + pose[1, 1] * y + pose[1, 2] * z + pose[1, 3]
                 c = pose[2, 0] * x + pose[2, 1] * y + pose[2, 2] * z + pose[2, 3]
                 i, j, h = _to_index(to_grid, a, b, c)
-            weight = raw_weight(form, share[k], _distance(maps[k], i, j, h, spacing), constant)
+            distance = _distance(maps[k], i, j, h, spacing)
+            weight = raw_weight(form, share[k], distance, constant)
             total += weight
-            wx += weight * logs[k, 0]
-            wy += weight * logs[k, 1]
-            wz += weight * logs[k, 2]
-            ux += weight * logs[k, 3]
-            uy += weight * logs[k, 4]
-            uz += weight * logs[k, 5]
+            turned = weight * reach2 / (reach2 + distance * distance)
+            shifted = weight - turned
+            wx += turned * logs[k, 0]
+            wy += turned * logs[k, 1]
+            wz += turned * logs[k, 2]
+            ux += turned * logs[k, 3] + shifted * shifts[k, 0]
+            uy += turned * logs[k, 4] + shifted * shifts[k, 1]
+            uz += turned * logs[k, 5] + shifted * shifts[k, 2]
         scale = _float(1) / total
         wx, wy, wz, ux, uy, uz = wx * scale, wy * scale, wz * scale, ux * scale, uy * scale, uz * scale
         # exp(V) x - x, as in PolyPoseLib.warp.polyrigid.apply_exp.

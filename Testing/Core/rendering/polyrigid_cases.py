@@ -81,7 +81,7 @@ def oracle(case, step_mm, logs=None, margin_mm=0.0):
     maps = DistanceMaps(old.distances.signed.double(), old.distances.affine)
     warp = PolyrigidWarp(maps, old.share, poses, old.frame, old.form, old.epsilon, centre.numpy())
     flat = torch.as_tensor(points).reshape(-1, 3)
-    moved = warp.blend(flat, warp.weights(flat))
+    moved = warp(flat)
     to_index = torch.as_tensor(np.linalg.inv(case.affine))
     index = moved @ to_index[:3, :3].T + to_index[:3, 3]
     place = 2 * index / (torch.tensor(case.voxels.shape[::-1]) - 1) - 1

@@ -14,6 +14,7 @@ from PolyPoseLib.rendering.polyrigid_projector import polyrigid_projector
 from PolyPoseLib.rendering.polyrigid_torch import TorchPolyrigidProjector
 from PolyPoseLib.rendering.rigid import Body, project_body
 from PolyPoseLib.rendering.torch_backend import TorchBackend
+from PolyPoseLib.warp.polyrigid import PolyrigidWarp, Turning
 
 STEP = 4.0
 FIELDS = [(frame, form) for frame in ("fixed", "moving") for form in ("mass", "epsilon", "rigid")]
@@ -167,3 +168,12 @@ def test_a_camera_that_looks_away_sees_nothing(backend):
     assert not image.any() and not jacobian.any()
     judged = found.judged(case.logs, lambda image: (1.0, np.ones(image.shape)))
     assert judged.value == 1 and not judged.gradient.any()
+
+
+def test_a_warp_whose_bones_turn_only_nearby_tissue_is_refused(backend):
+    case = make_case()
+    old = case.warp
+    turning = Turning(40.0, np.zeros((old.distances.count, 3)))
+    warp = PolyrigidWarp(old.distances, old.share, old.poses, turning=turning)
+    with pytest.raises(ValueError, match="without turning"):
+        polyrigid_projector(case.voxels, case.affine, warp, case.camera, STEP, backend)

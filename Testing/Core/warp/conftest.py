@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.imaging.structures import Structures
 from PolyPoseLib.imaging.volume import Volume
-from PolyPoseLib.warp.polyrigid import PolyrigidWarp
+from PolyPoseLib.warp.polyrigid import PolyrigidWarp, Turning
 from PolyPoseLib.warp.weights import distance_maps
 
 
@@ -65,9 +65,16 @@ class Bones:
         index = rng.uniform(0, np.array(self.ct.shape[::-1]) - 1, (count, 3))
         return self.ct.to_world(index)
 
-    def warp(self, frame="moving", form="rigid", poses=None) -> PolyrigidWarp:
-        """The warp of these bones."""
-        return PolyrigidWarp(self.distances, self.share, self.poses if poses is None else poses, frame, form)
+    @property
+    def centroids(self) -> np.ndarray:
+        """Moving centroids (3, 3) of the structures."""
+        return np.stack([self.points(n + 1).mean(axis=0) for n in range(3)])
+
+    def warp(self, frame="moving", form="rigid", poses=None, reach_mm=None) -> PolyrigidWarp:
+        """The warp of these bones; reach_mm: within which they turn tissue."""
+        poses = self.poses if poses is None else poses
+        turning = None if reach_mm is None else Turning(reach_mm, self.centroids)
+        return PolyrigidWarp(self.distances, self.share, poses, frame, form, turning=turning)
 
 
 @pytest.fixture(params=[0, 1, 2], ids=["straight", "left-handed", "oblique"])

@@ -26,6 +26,13 @@ def test_equals_torch_inside_and_far_outside_the_maps(bones, frame, form):
     assert np.abs(fused_displacements(warp)(points) - by_torch(warp, points)).max() < 2e-3
 
 
+@pytest.mark.parametrize("frame", ["moving", "fixed"])
+@pytest.mark.parametrize("reach_mm", [0.5, 8.0, 40.0, 1e6])
+def test_equals_torch_when_bones_turn_only_what_is_near(bones, frame, reach_mm):
+    warp, points = bones.warp(frame, reach_mm=reach_mm), bones.somewhere(4000)
+    assert np.abs(fused_displacements(warp)(points) - by_torch(warp, points)).max() < 2e-3
+
+
 @pytest.mark.parametrize("form", FORMS)
 def test_equals_torch_for_large_turns(bones, motion_of, form):
     middle = bones.somewhere(1000).mean(axis=0)
