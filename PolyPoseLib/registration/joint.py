@@ -10,6 +10,7 @@ import numpy as np
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.articulations import ArticulationPrior
 from PolyPoseLib.registration.cameras import corrected
+from PolyPoseLib.registration.contradictions import look_again
 from PolyPoseLib.registration.levels import Level, Measured, pixel_size_mm, view_at
 from PolyPoseLib.registration.levenberg import SolverOptions, minimise
 from PolyPoseLib.registration.monitor import Monitor
@@ -36,10 +37,15 @@ BONE_RADIUS_MM = 50.0
 
 @dataclass(frozen=True)
 class JointStage:
-    """One level of the fit; before it, every bone is started anew at ``restart`` (None: not)."""
+    """One level of the fit.
+
+    Before it, every bone is started anew at ``restart`` (None: not), and bones that the X-rays contradict at each of
+    the levels ``again``.
+    """
 
     level: Level
     restart: Level | None = None
+    again: tuple[Level, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -74,6 +80,8 @@ def fit_structures(
     for stage in stages:
         if stage.restart is not None:
             poses = restart_bones(scene, soft, measured, poses, stage.restart, backend, monitor)
+        if stage.again:
+            poses = look_again(scene, soft, measured, poses, stage.again, backend, monitor)
         fit = _LevelFit(scene, soft, measured, free_cameras, stage.level, backend)
 
         def before_step(

@@ -41,6 +41,9 @@ def minimise(
 ) -> Solution:
     """Minimise the problem's cost from ``state``.
 
+    A step that lowers the cost is doubled for as long as that lowers it further: where images are off by more than
+    their texture is fine, the normal equations are far too steep and propose small steps.
+
     before_step: called with the state, the iteration and the cost before every step; it may refresh the views
     (weights, static images) in place, and raise to cancel.
     """
@@ -67,6 +70,14 @@ def minimise(
             damping = min(damping * 4, 1e6)
         if not accepted:
             break
+        while trial_cost < cost:
+            longer = _limited(2 * step, options)
+            further = problem.moved(state, longer)
+            further_cost = problem.cost(further)
+            evaluations += 1
+            if further_cost >= trial_cost or np.allclose(longer, step):
+                break
+            step, trial, trial_cost = longer, further, further_cost
         fall = (cost - trial_cost) / max(cost, 1e-12)
         state, cost = trial, trial_cost
         costs.append(cost)

@@ -15,6 +15,7 @@ from PolyPoseLib.options import Options
 from PolyPoseLib.progress import CancelQuery, ProgressCallback
 from PolyPoseLib.registration.camera_guess import Regressor, initial_camera
 from PolyPoseLib.registration.camera_starts import FoundCamera, find_camera_near
+from PolyPoseLib.registration.contradictions import contradicted, disbelief
 from PolyPoseLib.registration.joint import JointResult, fit_structures
 from PolyPoseLib.registration.levels import Measured
 from PolyPoseLib.registration.monitor import Monitor
@@ -69,11 +70,11 @@ def register(
     measured = [m.with_camera(c) for m, c in zip(found.refined, joint.cameras, strict=True)]
     with monitor.timed("judging"):
         after = judge(scene, soft, measured, joint.poses, backend)
+        disbelieved = contradicted(scene, soft, measured, joint.poses, backend)
     with monitor.timed("uncertainty"):
-        doubts = pose_uncertainties(joint.problem, joint.state) if options.uncertainty else {}
-    return _assemble(
-        study, options, scene, soft, found, joint, before, after, doubts, rest, device, backend, monitor
-    )
+        doubts = _doubts(joint, disbelieved) if options.uncertainty else {}
+    verdict = _Verdict(before, after, disbelieved, doubts)
+    return _assemble(study, options, scene, soft, found, joint, verdict, rest, device, backend, monitor)
 
 
 def resolve_device(device: str) -> str:
@@ -98,6 +99,16 @@ def camera_model(study: Study, path: str | Path | None) -> Regressor | None:
     from PolyPoseLib.learned.regress import CameraRegressor
 
     return CameraRegressor.load(Path(path), study.ct, study.structures, study.anchor)
+
+
+@dataclass(frozen=True)
+class _Verdict:
+    """before, after: how well X-rays are explained; disbelieved: structures they contradict; doubts: of poses."""
+
+    before: Judgement
+    after: Judgement
+    disbelieved: list[int]
+    doubts: dict[int, PoseUncertainty]
 
 
 @dataclass(frozen=True)
@@ -187,6 +198,11 @@ def _fit_bones(
     )
 
 
+def _doubts(joint: JointResult, disbelieved: Sequence[int]) -> dict[int, PoseUncertainty]:
+    doubts = pose_uncertainties(joint.problem, joint.state)
+    return doubts | {k: PoseUncertainty.unseen() for k in disbelieved if k in doubts}
+
+
 def _preview_writer(path: Path) -> Callable[[DisplacementField], str | None]:
     """Replace the preview file as a whole, so that a reader never sees half of it."""
 
@@ -205,9 +221,7 @@ def _assemble(
     soft: SoftTissue,
     found: _Cameras,
     joint: JointResult,
-    before: Judgement,
-    after: Judgement,
-    doubts: dict[int, PoseUncertainty],
+    verdict: _Verdict,
     rest: np.ndarray,
     device: str,
     backend: Backend,
@@ -224,18 +238,24 @@ def _assemble(
     names = [xray.name or f"X-ray {n + 1}" for n, xray in enumerate(study.xrays)]
     cameras = [
         CameraResult(camera.intrinsics, camera.extrinsic, camera.height, camera.width, similarity, name)
-        for camera, similarity, name in zip(joint.cameras, after.similarities, names, strict=True)
+        for camera, similarity, name in zip(joint.cameras, verdict.after.similarities, names, strict=True)
     ]
     monitor.seconds["total"] = monitor.elapsed
     result = Result(
-        structures=_structures(scene, joint, doubts),
+        structures=_structures(scene, joint, verdict.doubts),
         anchor=study.anchor,
         cameras=cameras,
         history=monitor.history,
         seconds=monitor.seconds,
         device=f"{device}, {backend.name}",
         versions=installed_versions(),
-        warnings=[*study.warnings, *_xray_warnings(study), *found.warnings, *hidden_structures(scene, after)],
+        warnings=[
+            *study.warnings,
+            *_xray_warnings(study),
+            *found.warnings,
+            *hidden_structures(scene, verdict.after),
+            *disbelief(scene, verdict.disbelieved),
+        ],
         warped_ct=warped.ct,
         warped_labels=warped.labels,
         transform=warped.transform,
@@ -243,9 +263,9 @@ def _assemble(
         renderings_after=last,
         xray_images=[xray.image for xray in study.xrays],
         xray_masks=[xray.mask for xray in study.xrays],
-        distrust=reasons_for_distrust(scene, names, before, after, joint.poses),
+        distrust=reasons_for_distrust(scene, names, verdict.before, verdict.after, joint.poses),
     )
-    monitor.step("done", 1, 1, float(np.mean(after.similarities)))
+    monitor.step("done", 1, 1, float(np.mean(verdict.after.similarities)))
     return result
 
 

@@ -7,7 +7,7 @@ The start that ends at the lowest cost over one fixed region of the X-rays is ke
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +26,9 @@ from PolyPoseLib.rendering.rigid import project_body
 
 TURN_DEG = 12.0
 """Rotation of the starts about the bone's joints."""
+
+FAR_TURNS_DEG = (10.0, 20.0)
+"""Rotations of the far starts against the neighbour that the bone hangs from."""
 
 SHIFT_MM = 12.0
 """Shift of the starts along the patient's axes."""
@@ -50,16 +53,21 @@ def restart_bones(
     level: Level,
     backend: Backend,
     monitor: Monitor,
+    which: Collection[int] | None = None,
+    far: bool = False,
 ) -> np.ndarray:
-    """Poses (K, 4, 4) fixed to moving, each bone's the best of several starts; cameras stand still."""
+    """Poses (K, 4, 4) fixed to moving, each bone's the best of several starts; cameras stand still.
+
+    which: indices of the bones that are started anew, None for all; far: whether they are started far away as well.
+    """
     views = [view_at(level, m, scene.anchor_centre) for m in measured]
     field = soft.coarse_field(poses)
     tissue = [soft.render(field, view.camera, np.eye(4), level.size_mm, backend) for view in views]
     poses = poses.copy()
-    order = chain_from_anchor(scene)
+    order = [link for link in chain_from_anchor(scene) if which is None or link[0] in which]
     for n, (k, neighbour) in enumerate(order):
         monitor.step("restarts", n, len(order), None)
-        poses[k] = _best_start(_Bone(scene, k, level, backend), views, tissue, poses, neighbour)
+        poses[k] = _best_start(_Bone(scene, k, level, backend), views, tissue, poses, neighbour, far)
     return poses
 
 
@@ -122,16 +130,35 @@ def _starts(pose: np.ndarray, carried: np.ndarray, joints: Sequence[np.ndarray])
         yield pose @ perturbation(np.r_[np.zeros(3), SHIFT_MM * axis])
 
 
+def _far_starts(carried: np.ndarray, joint: np.ndarray) -> Iterator[np.ndarray]:
+    """The neighbour's motion with turns about the joint with it in all directions."""
+    place = (np.linalg.inv(carried) @ np.r_[joint, 1.0])[:3]
+    for direction in np.ndindex(3, 3, 3):
+        axis = np.array(direction) - 1.0
+        if axis.any():
+            for degrees in FAR_TURNS_DEG:
+                turn = np.radians(degrees) * axis / np.linalg.norm(axis)
+                yield carried @ about(perturbation(np.r_[turn, np.zeros(3)]), place)
+
+
+def _joint(bone: _Bone, neighbour: int) -> np.ndarray:
+    """(3,) LPS mm in the CT, where a bone meets the neighbour that it hangs from."""
+    pair = {bone.number, neighbour}
+    return next(each.point for each in bone.scene.articulations if {each.first, each.second} == pair)
+
+
 def _best_start(
     bone: _Bone,
     views: Sequence[View],
     tissue: Sequence[np.ndarray],
     poses: np.ndarray,
     neighbour: int,
+    far: bool,
 ) -> np.ndarray:
     body = bone.scene.bodies(bone.level.size_mm)[bone.number]
     joints = [each.point for each in bone.scene.articulations if bone.number in (each.first, each.second)]
     starts = list(_starts(poses[bone.number], poses[neighbour], joints))
+    starts += _far_starts(poses[neighbour], _joint(bone, neighbour)) if far else []
     seen = [_view_of_one_bone(bone, n, view, tissue[n], poses, starts) for n, view in enumerate(views)]
     if not any((view.weight > 0).any() for view in seen):
         return poses[neighbour]

@@ -32,6 +32,8 @@ UNSEEN_ROTATION_DEG = 30.0
 UNSEEN_TRANSLATION_MM = 50.0
 """Standard deviations of a pose that no X-ray says anything about."""
 
+_UNSEEN = np.array([np.radians(UNSEEN_ROTATION_DEG)] * 3 + [UNSEEN_TRANSLATION_MM] * 3)
+
 
 @dataclass(frozen=True)
 class PoseUncertainty:
@@ -40,6 +42,11 @@ class PoseUncertainty:
     """
 
     covariance: np.ndarray
+
+    @classmethod
+    def unseen(cls) -> PoseUncertainty:
+        """Of a pose that no X-ray says anything about, or that one contradicts."""
+        return cls(np.diag(_UNSEEN**2))
 
     def to_dict(
         self, cameras: list[Camera], fixed_to_moving: np.ndarray, centre: np.ndarray
@@ -87,7 +94,7 @@ def pose_uncertainties(problem: RigidProblem, state: State) -> dict[int, PoseUnc
         curvature[where] += weighted[:, used] @ jacobian[:, used].T
         sums = _cluster_sums(weighted * linear.residual, PATCHES_PER_CLUSTER * view.contrast.size)
         spread[where] += sums @ sums.T
-    unseen = np.tile([np.radians(UNSEEN_ROTATION_DEG)] * 3 + [UNSEEN_TRANSLATION_MM] * 3, problem.size // 6)
+    unseen = np.tile(_UNSEEN, problem.size // 6)
     # The prior enters in the residual's own unit, so that it matters only where the images say nothing.
     noise = float(np.trace(spread) / max(np.trace(curvature), 1e-12))
     prior = noise * (INFLATION / unseen) ** 2
