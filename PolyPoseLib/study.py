@@ -59,6 +59,7 @@ class Study:
                 "resample the labels onto the CT's grid."
             )
         self.structures.index(self.anchor)
+        _require_whole_rigs(self.xrays)
         if not np.isfinite(self.ct.voxels).all():
             raise InputError("The CT holds NaN or infinite voxels: replace them by -1000, the value of air.")
         if self.source_segmentation is not None and self.source_segmentation.shape != self.ct.shape:
@@ -152,6 +153,16 @@ def _few_views(xrays: tuple[Xray, ...]) -> tuple[str, ...]:
     if len(xrays) > 1:
         return ()
     return ("There is one X-ray only: how far a structure moved along its rays is poorly known.",)
+
+
+def _require_whole_rigs(xrays: tuple[Xray, ...]) -> None:
+    """A rig has two X-rays at least, and the same way of telling their places."""
+    rigs = [xray.rig.name for xray in xrays if xray.rig is not None]
+    for name in rigs:
+        if rigs.count(name) == 1:
+            raise InputError(
+                f'The rig "{name}" has one X-ray only: name it in the "rig" of another, or remove it.'
+            )
 
 
 def _whole_label_map(segmentation: Segmentation, ct: Volume) -> Volume | None:

@@ -14,6 +14,7 @@ from PolyPoseLib.errors import InputError, UntrustedResultError
 from PolyPoseLib.whole_file import replaced_whole
 
 if TYPE_CHECKING:
+    from PolyPoseLib.imaging.xray import Xray
     from PolyPoseLib.registration.camera_guess import Guess
     from PolyPoseLib.study import Study
 
@@ -154,8 +155,10 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
     from PolyPoseLib.options import Options
     from PolyPoseLib.registration.camera_guess import initial_camera
     from PolyPoseLib.registration.monitor import Monitor
-    from PolyPoseLib.registration.pipeline import camera_model, resolve_device
+    from PolyPoseLib.registration.pipeline import resolve_device
+    from PolyPoseLib.registration.rig_guess import rig_guesses
     from PolyPoseLib.registration.scene import Scene
+    from PolyPoseLib.registration.study_cameras import camera_model, grouped_by_rig
     from PolyPoseLib.rendering.backend import select_backend
 
     options = Options.from_dict(merged_options(study.options, arguments))
@@ -166,19 +169,31 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
     try:
         model = camera_model(study, arguments.model or options.camera_model)
         scene = Scene(study.ct, study.structures, study.anchor)
-        for n in wanted:
-            xray = study.xrays[n]
-            stage = f"camera {xray.name or n + 1}"
-            method = arguments.method
-            if method == "auto" and arguments.again and xray.initial_radius is None:
-                method = "landmarks" if xray.landmarks is not None else "learned" if model else "search"
-            guesses[n] = initial_camera(scene, xray, backend, monitor, stage, method, model)
-            monitor.step(stage, 1, 1, guesses[n].similarity)
-            for warning in guesses[n].warnings:
+        for numbers in grouped_by_rig(study.xrays):
+            if not set(numbers) & set(wanted):
+                continue
+            group = [study.xrays[n] for n in numbers]
+            stage = f"camera {group[0].name or numbers[0] + 1}"
+            method = _method(group[0], arguments, model is not None)
+            found = (
+                [initial_camera(scene, group[0], backend, monitor, stage, method, model)]
+                if len(group) == 1
+                else rig_guesses(scene, group, backend, monitor, stage, method, model)
+            )
+            monitor.step(stage, 1, 1, found[0].similarity)
+            guesses |= {n: guess for n, guess in zip(numbers, found, strict=True) if n in wanted}
+            for warning in dict.fromkeys(line for guess in found for line in guess.warnings):
                 _LOG.warning(warning)
     finally:
         display.close()
     return guesses
+
+
+def _method(xray: Xray, arguments: argparse.Namespace, has_model: bool) -> str:
+    """The method asked for; "auto" with --again takes no guess that the study gives."""
+    if arguments.method != "auto" or not arguments.again or xray.initial_radius is not None:
+        return arguments.method
+    return "landmarks" if xray.landmarks is not None else "learned" if has_model else "search"
 
 
 def _enter(entry: dict[str, Any], guess: Guess, mirrored: bool) -> None:

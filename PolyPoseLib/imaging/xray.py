@@ -18,7 +18,7 @@ from PolyPoseLib.geometry.carm import with_isocenter
 from PolyPoseLib.imaging import xray_dicom, xray_plain, xray_values
 from PolyPoseLib.imaging.calibration import undistorted
 from PolyPoseLib.imaging.landmarks import Landmarks
-from PolyPoseLib.imaging.xray_calibration import with_calibration
+from PolyPoseLib.imaging.xray_calibration import Calibrated, RigPose, with_calibration
 from PolyPoseLib.imaging.xray_fields import CAMERA_STATES, FIELDS, XrayFields
 from PolyPoseLib.imaging.xray_geometry import Detector, detector_of
 from PolyPoseLib.imaging.xray_notes import Notes
@@ -49,6 +49,7 @@ class Xray:
         table_mm: (3,) LPS mm, how far the table had carried the patient, from the file's own zero; or None.
         standard_view: one of geometry.standard_views.STANDARD_VIEWS, or None.
         landmarks: points with pixels of `image`, or None.
+        rig: the camera's place in a rig whose cameras keep their relative pose, or None.
 
     Raises:
         InputError: from the constructor, when a shape or a rule is broken.
@@ -71,6 +72,7 @@ class Xray:
     table_mm: tuple[float, float, float] | None = None
     standard_view: str | None = None
     landmarks: Landmarks | None = None
+    rig: RigPose | None = None
 
     def __post_init__(self) -> None:
         """Validate, and fix the types."""
@@ -164,7 +166,8 @@ def read_xray(
     if not path.is_file():
         raise InputError(f"{path} is not a file; give the path of one X-ray image.")
     folder = Path(folder) if folder else xray_values.study_folder(path, fields or {})
-    given, distortion = with_calibration(given, folder, notes)
+    calibrated = with_calibration(given, folder, notes)
+    given = calibrated.fields
     tags = None
     if xray_plain.ending_of(path):
         pixels = xray_values.values_of_plain(path, frame, given, notes)
@@ -177,10 +180,10 @@ def read_xray(
             raise InputError(f'{notes.where}: the "mask" and the shutter leave no pixels; correct the mask.')
     detector = detector_of(tags, given, mask.shape, notes)
     image = pixels.line_integrals(mask, notes)
-    if distortion:
-        image, mask = undistorted(image, mask, detector.intrinsics, distortion)
+    if calibrated.distortion:
+        image, mask = undistorted(image, mask, detector.intrinsics, calibrated.distortion)
     pose, mirrored = _pose(tags, given, detector, isocenter, notes)
-    return _assemble(image, mask, detector, given, pose, mirrored, path, notes)
+    return _assemble(image, mask, detector, calibrated, pose, mirrored, path, notes)
 
 
 def _read_dicom(
@@ -239,13 +242,19 @@ def _assemble(
     image,
     mask,
     detector: Detector,
-    given: XrayFields,
+    calibrated: Calibrated,
     pose: Pose | None,
     mirrored: bool,
     path: Path,
     notes: Notes,
 ) -> Xray:
     """Put the parts together, in the arrangement that the source sees."""
+    given = calibrated.fields
+    if mirrored and calibrated.rig is not None and given.calibration is not None:
+        raise InputError(
+            f"{notes.where}: the file shows the detector's side, but a calibrated rig needs the source's: turn "
+            'the image round and give "mirrored": false, or remove "rig".'
+        )
     intrinsics = detector.intrinsics.copy()
     if mirrored:
         image, mask = image[:, ::-1], mask[:, ::-1]
@@ -276,4 +285,5 @@ def _assemble(
         landmarks=given.landmarks.mirrored(image.shape[1])
         if given.landmarks and mirrored
         else given.landmarks,
+        rig=calibrated.rig,
     )

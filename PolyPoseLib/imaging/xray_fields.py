@@ -52,6 +52,8 @@ class XrayFields:
         calibration: path of a calibrated camera (imaging.calibration); a Path is taken as it is.
         calibration_frame: "ct" when its rotation and translation start from the CT's LPS mm, "own" (the default)
             when they start from the calibration's world.
+        rig: name of the calibrated rig (a biplane stand, say) that took it; the cameras of one rig keep their relative
+            pose, which their calibrations tell, or else their extrinsics.
 
     """
 
@@ -76,6 +78,7 @@ class XrayFields:
     landmarks: Landmarks | None = None
     calibration: str | Path | None = None
     calibration_frame: str | None = None
+    rig: str | None = None
 
     @staticmethod
     def parse(entry: Mapping[str, Any], where: str) -> XrayFields:
@@ -113,6 +116,7 @@ class XrayFields:
             landmarks=parse_landmarks(reader.get("landmarks"), where),
             calibration=reader.path("calibration"),
             calibration_frame=reader.choice("calibration_frame", CALIBRATION_FRAMES),
+            rig=reader.label("rig"),
         )
 
 
@@ -134,6 +138,12 @@ class _Reader:
 
     def fail(self, key: str, rule: str) -> InputError:
         return InputError(f'{self.where}: "{key}" is {_short(self.get(key))}; give {rule}.')
+
+    def label(self, key: str) -> str | None:
+        value = self.text(key)
+        if value is not None and not value.strip():
+            raise self.fail(key, "a name that is not empty")
+        return value
 
     def text(self, key: str) -> str | None:
         value = self.get(key)

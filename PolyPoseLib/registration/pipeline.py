@@ -10,20 +10,17 @@ import numpy as np
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.imaging.xray import place_isocenter
 from PolyPoseLib.options import Options
 from PolyPoseLib.progress import CancelQuery, ProgressCallback
-from PolyPoseLib.registration.camera_guess import Regressor, initial_camera
-from PolyPoseLib.registration.camera_starts import FoundCamera, find_camera_near
 from PolyPoseLib.registration.contradictions import contradicted, disbelief
 from PolyPoseLib.registration.joint import JointResult, fit_structures
-from PolyPoseLib.registration.levels import Measured
 from PolyPoseLib.registration.monitor import Monitor
 from PolyPoseLib.registration.outputs import TRANSFORM_MM, render_views, warp_study
-from PolyPoseLib.registration.paper import find_camera_by_anchor, fit_structures_by_gmncc
+from PolyPoseLib.registration.paper import fit_structures_by_gmncc
 from PolyPoseLib.registration.presets import PRESETS, Preset
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.soft_tissue import SoftTissue
+from PolyPoseLib.registration.study_cameras import StudyCameras, find_study_cameras
 from PolyPoseLib.registration.trust import Judgement, hidden_structures, judge, reasons_for_distrust
 from PolyPoseLib.registration.uncertainty import PoseUncertainty, pose_uncertainties
 from PolyPoseLib.rendering.backend import Backend, select_backend
@@ -61,7 +58,7 @@ def register(
     with monitor.timed("preparing"):
         scene = Scene(study.ct, study.structures, study.anchor)
         soft = _soft_tissue(scene, options, preset)
-    found = _Cameras.find(study, scene, preset, options, backend, monitor)
+    found = find_study_cameras(study, scene, preset, options, backend, monitor)
     rest = np.stack([np.eye(4)] * len(scene.names))
     with monitor.timed("judging"):
         before = judge(scene, soft, found.initial, rest, backend)
@@ -92,15 +89,6 @@ def resolve_device(device: str) -> str:
     return "cpu"
 
 
-def camera_model(study: Study, path: str | Path | None) -> Regressor | None:
-    """The study's camera regressor, or None; raises InputError when it is damaged or of another CT."""
-    if path is None:
-        return None
-    from PolyPoseLib.learned.regress import CameraRegressor
-
-    return CameraRegressor.load(Path(path), study.ct, study.structures, study.anchor)
-
-
 @dataclass(frozen=True)
 class _Verdict:
     """before, after: how well X-rays are explained; disbelieved: structures they contradict; doubts: of poses."""
@@ -109,61 +97,6 @@ class _Verdict:
     after: Judgement
     disbelieved: list[int]
     doubts: dict[int, PoseUncertainty]
-
-
-@dataclass(frozen=True)
-class _Cameras:
-    """initial, refined: the X-rays with their cameras before and after stage A; free: those that may move."""
-
-    initial: list[Measured]
-    refined: list[Measured]
-    free: list[int]
-    warnings: list[str]
-
-    @classmethod
-    def find(
-        cls, study: Study, scene: Scene, preset: Preset, options: Options, backend: Backend, monitor: Monitor
-    ) -> _Cameras:
-        """Stage A for every X-ray."""
-        initial, refined, free, warnings = [], [], [], []
-        xrays = place_isocenter(study.xrays, scene.anchor_centre)
-        model = camera_model(study, options.camera_model)
-        for n, xray in enumerate(xrays):
-            stage = f"camera {xray.name or n + 1}"
-            with monitor.timed(stage):
-                if xray.camera == "known":
-                    camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)
-                else:
-                    guess = initial_camera(scene, xray, backend, monitor, stage, model=model)
-                    camera = guess.camera
-                    warnings.extend(guess.warnings)
-                first = Measured(xray.image, xray.mask, camera)
-                if xray.camera != "known" and options.refine_cameras:
-                    free.append(n)
-                    if options.preset == "paper":
-                        camera = find_camera_by_anchor(study.ct, scene, first, backend, monitor, stage)
-                    else:
-                        near = find_camera_near(
-                            scene,
-                            first,
-                            preset.camera_levels,
-                            xray.source_to_detector_mm,
-                            backend,
-                            monitor,
-                            stage,
-                        )
-                        camera = near.camera
-                        warnings.extend([] if near.sure else [_doubt(xray.name or f"X-ray {n + 1}", near)])
-                initial.append(first)
-                refined.append(first.with_camera(camera))
-        return cls(initial, refined, free, warnings)
-
-
-def _doubt(name: str, near: FoundCamera) -> str:
-    return (
-        f'The camera of X-ray "{name}" is doubtful: its rendering of the anchor explains it badly (local correlation '
-        f"{near.similarity:.2f}); look at it, or give a better guess, landmarks or a mask."
-    )
 
 
 def _soft_tissue(scene: Scene, options: Options, preset: Preset) -> SoftTissue:
@@ -180,7 +113,7 @@ def _fit_bones(
     study: Study,
     scene: Scene,
     soft: SoftTissue,
-    found: _Cameras,
+    found: StudyCameras,
     rest: np.ndarray,
     options: Options,
     preset: Preset,
@@ -219,7 +152,7 @@ def _assemble(
     options: Options,
     scene: Scene,
     soft: SoftTissue,
-    found: _Cameras,
+    found: StudyCameras,
     joint: JointResult,
     verdict: _Verdict,
     rest: np.ndarray,

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.camera_starts import TURN_DEG, FoundCamera, turned_about
 from PolyPoseLib.registration.cameras import COARSE_MM, REACH_MM, corrected
-from PolyPoseLib.registration.hypotheses import Hypothesis, judge_camera
+from PolyPoseLib.registration.coarse_search import anchor_points
+from PolyPoseLib.registration.hypotheses import explains, judge_camera
 from PolyPoseLib.registration.levels import Level, Measured, pixel_size_mm, view_at
 from PolyPoseLib.registration.levenberg import SolverOptions, minimise
 from PolyPoseLib.registration.monitor import Monitor
@@ -17,6 +18,9 @@ from PolyPoseLib.registration.problem import RigidProblem, State
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.weighting import covered, robust_weight, within
 from PolyPoseLib.rendering.backend import Backend
+
+POINTS = 300
+"""Of the anchor, whose projections tell cameras apart."""
 
 
 def find_rig(
@@ -51,42 +55,83 @@ def find_rig(
     return [m.camera for m in measured]
 
 
-def place_rig(camera: Camera, relative: np.ndarray, other: Camera) -> Camera:
-    """The other camera of a rig, given this one's pose and the motion (4, 4) from this camera's axes to the other's."""
-    return other.with_extrinsic(np.asarray(relative, dtype=np.float64) @ camera.extrinsic)
+def find_rig_near(
+    scene: Scene,
+    measured: Sequence[Measured],
+    levels: Sequence[Level],
+    backend: Backend,
+    monitor: Monitor,
+    stage: str,
+) -> list[FoundCamera]:
+    """The cameras of a rig near their guesses, as :func:`find_camera_near` finds one: from turns of the whole rig."""
+    points = anchor_points(scene.bodies(levels[0].size_mm)[scene.anchor], POINTS)
+    relative = relative_poses([m.camera.extrinsic for m in measured])
+    candidates = []
+    for start in turned_about(measured[0].camera, scene.anchor_centre, TURN_DEG):
+        placed = placed_rig(measured, relative, start.extrinsic)
+        candidates.append(find_rig(scene, placed, levels[:1], backend, monitor, stage))
+    first = max(candidates, key=lambda cameras: _worth(scene, measured, cameras, levels[0], points, backend))
+    placed = [m.with_camera(camera) for m, camera in zip(measured, first, strict=True)]
+    found = find_rig(scene, placed, levels[1:], backend, monitor, stage)
+    judged = [
+        judge_camera(scene, m.with_camera(camera), levels[-1], points, backend)
+        for m, camera in zip(measured, found, strict=True)
+    ]
+    return [FoundCamera(each.camera, each.similarity, explains(each)) for each in judged]
+
+
+def relative_poses(extrinsics: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Motions (4, 4) from the first camera's axes to each camera's, for poses (4, 4) in one and the same world."""
+    back = np.linalg.inv(extrinsics[0])
+    return [np.asarray(each, dtype=np.float64) @ back for each in extrinsics]
+
+
+def placed_rig(
+    measured: Sequence[Measured], relative: Sequence[np.ndarray], first: np.ndarray
+) -> list[Measured]:
+    """The X-rays of a rig whose first camera has the extrinsic ``first`` (4, 4)."""
+    return [
+        m.with_camera(m.camera.with_extrinsic(each @ first))
+        for m, each in zip(measured, relative, strict=True)
+    ]
 
 
 def best_for_rig(
     scene: Scene,
     measured: Sequence[Measured],
     relative: Sequence[np.ndarray],
-    hypotheses: Sequence[Sequence[Hypothesis]],
+    candidates: Sequence[tuple[int, np.ndarray]],
+    level: Level,
+    backend: Backend,
+) -> tuple[int, list[Camera]]:
+    """The candidate that explains all X-rays of a rig best, as its place in the list and the cameras it makes.
+
+    relative: (4, 4) from the first camera's axes to each camera's; candidates: at least one (number of an X-ray, its
+    extrinsic).
+    """
+    points = anchor_points(scene.bodies(level.size_mm)[scene.anchor], POINTS)
+    rigs = []
+    for n, extrinsic in candidates:
+        placed = placed_rig(measured, relative, np.linalg.inv(relative[n]) @ extrinsic)
+        rigs.append([m.camera for m in placed])
+    worth = [_worth(scene, measured, cameras, level, points, backend) for cameras in rigs]
+    best = int(np.argmax(worth))
+    return best, rigs[best]
+
+
+def _worth(
+    scene: Scene,
+    measured: Sequence[Measured],
+    cameras: Sequence[Camera],
     level: Level,
     points: np.ndarray,
     backend: Backend,
-) -> list[Camera]:
-    """Of hypotheses made for each X-ray by itself, the one that explains all X-rays of the rig best.
-
-    relative: (4, 4) from the first camera's axes to each camera's; hypotheses: one list per X-ray; points: (N, 3) LPS
-    mm on the anchor.  Raises InputError when no X-ray has a hypothesis.
-    """
-    best, best_worth = None, -np.inf
-    for n, found in enumerate(hypotheses):
-        for hypothesis in found:
-            first = hypothesis.camera.extrinsic
-            first = np.linalg.inv(relative[n]) @ first
-            cameras = [m.camera.with_extrinsic(r @ first) for m, r in zip(measured, relative, strict=True)]
-            worth = sum(
-                judge_camera(scene, m.with_camera(camera), level, points, backend).worth
-                for m, camera in zip(measured, cameras, strict=True)
-            )
-            if worth > best_worth:
-                best, best_worth = cameras, worth
-    if best is None:
-        raise InputError(
-            "No X-ray of the rig shows the anchor in any view that was tried; give an extrinsic."
-        )
-    return best
+) -> float:
+    """How well the cameras of a rig explain its X-rays together."""
+    return sum(
+        judge_camera(scene, m.with_camera(camera), level, points, backend).worth
+        for m, camera in zip(measured, cameras, strict=True)
+    )
 
 
 def _refine(

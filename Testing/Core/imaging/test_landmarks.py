@@ -105,3 +105,39 @@ def test_wrong_calibrations_are_refused(image, entry, reason):
     calibration(image)
     with pytest.raises(InputError, match=reason):
         read_xray(image, fields={"image": "ap.nii.gz", **entry})
+
+
+def test_a_rig_takes_its_place_from_the_calibration(image):
+    calibration(image, pose=True)
+    xray = read_xray(image, fields={"image": "ap.nii.gz", "calibration": "camera.json", "rig": "biplane"})
+    assert xray.rig.name == "biplane" and xray.extrinsic is None
+    np.testing.assert_allclose(xray.rig.extrinsic[:3, 3], [0, 5, 800])
+
+
+def test_a_rig_takes_its_place_from_the_extrinsic(image):
+    extrinsic = np.eye(4)
+    extrinsic[2, 3] = 700
+    xray = read_xray(image, fields=fields(rig="biplane", extrinsic=extrinsic.tolist()))
+    np.testing.assert_array_equal(xray.rig.extrinsic, extrinsic)
+
+
+@pytest.mark.parametrize(
+    ("entry", "reason"),
+    [
+        ({"calibration": "camera.json"}, "nothing tells its place in it"),
+        ({"source_to_detector_mm": 1000, "pixel_spacing_mm": [1, 1]}, "nothing tells its place in it"),
+        ({"calibration": "camera.json", "rig": " "}, "a name that is not empty"),
+        ({"calibration": "camera.json", "rig": 3}, '"rig"'),
+    ],
+)
+def test_wrong_rigs_are_refused(image, entry, reason):
+    calibration(image)
+    with pytest.raises(InputError, match=reason):
+        read_xray(image, fields={"image": "ap.nii.gz", "rig": "biplane", **entry})
+
+
+def test_a_calibrated_rig_needs_the_view_from_the_source(image):
+    calibration(image, pose=True)
+    entry = {"image": "ap.nii.gz", "calibration": "camera.json", "rig": "biplane", "mirrored": True}
+    with pytest.raises(InputError, match="needs the source"):
+        read_xray(image, fields=entry)

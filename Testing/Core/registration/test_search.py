@@ -18,7 +18,6 @@ from PolyPoseLib.registration.coarse_search import anchor_points
 from PolyPoseLib.registration.hypotheses import Hypothesis, apart_mm, distinct, doubts, merged
 from PolyPoseLib.registration.levels import Level, Measured
 from PolyPoseLib.registration.monitor import Monitor
-from PolyPoseLib.registration.rig import find_rig, place_rig
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.search import Density, SearchRange, Stage, find_cameras
 from PolyPoseLib.rendering.backend import select_backend
@@ -117,22 +116,6 @@ def test_a_guess_in_the_study_is_taken_as_it_is(simulated, scene):
 def test_methods_that_do_not_apply_are_refused(simulated, scene, method, reason):
     with pytest.raises(InputError, match=reason):
         initial_camera(scene, xray(simulated, 0), select_backend(), Monitor(None, None), "camera", method)
-
-
-def test_a_rig_keeps_its_relative_pose(simulated, scene, points):
-    true = simulated.cameras
-    relative = true[1].extrinsic @ np.linalg.inv(true[0].extrinsic)
-    first = simulated.initial_cameras[0]
-    start = [first, place_rig(first, relative, true[1])]
-    measured = [
-        Measured(image, np.ones(image.shape, bool), camera)
-        for image, camera in zip(simulated.images, start, strict=True)
-    ]
-    levels = (Level(6.0, 40.0, 12), Level(3.0, 20.0, 12))
-    found = find_rig(scene, measured, levels, select_backend(), Monitor(None, None), "rig")
-    np.testing.assert_allclose(found[1].extrinsic @ np.linalg.inv(found[0].extrinsic), relative, atol=1e-9)
-    for was, now, right in zip(start, found, true, strict=True):
-        assert apart_mm(right, now, points) < min(2.0, apart_mm(right, was, points))
 
 
 def hypothesis(camera: Camera, similarity: float, share: float = 1.0, votes: int = 3) -> Hypothesis:
