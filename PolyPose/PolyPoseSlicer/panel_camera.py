@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -75,6 +75,7 @@ class CameraPart:
         ui.standardView.connect("currentIndexChanged(int)", self._edited)
         ui.calibrationFile.connect("currentPathChanged(QString)", self._edited)
         ui.cameraModel.connect("currentPathChanged(QString)", self._model_edited)
+        ui.rigName.connect("editingFinished()", self._edited)
         ui.findCamera.connect("clicked()", self.press)
         ui.findCameras.connect("clicked()", self.find_all)
         ui.lookAtFinding.connect("clicked()", self.look)
@@ -98,8 +99,9 @@ class CameraPart:
         ui.standardView.currentIndex = max(0, ui.standardView.findText(fields.get("standard_view") or ""))
         ui.calibrationFile.currentPath = str(fields.get("calibration") or "")
         ui.cameraModel.currentPath = camera_model_of(parameters) if parameters is not None else ""
+        ui.rigName.text = str(fields.get("rig") or "")
         self._showing = False
-        for name in ("cameraWay", "standardView", "calibrationFile", "cameraModel"):
+        for name in ("cameraWay", "standardView", "calibrationFile", "cameraModel", "rigName"):
             getattr(ui, name).enabled = source is not None
         for name in ("standardView", "standardViewLabel"):
             getattr(ui, name).setVisible(way in (Way.SEARCH, Way.LEARNED, Way.AUTO))
@@ -128,6 +130,7 @@ class CameraPart:
             self._say(_("Every X-ray has a camera to start from."))
             return
         self._settle()
+        rows = with_rigs(self._xrays.sources, rows)
         try:
             ensure_dependencies(self._requirements)
             self._run = self._logic.startCameras(rows, self._parameters)
@@ -188,7 +191,8 @@ class CameraPart:
         fields = dict(source.fields)
         view = ui.standardView.currentText if ui.standardView.currentIndex > 0 else None
         path = ui.calibrationFile.currentPath.strip() or None
-        for key, value in (("standard_view", view), ("calibration", path)):
+        rig = ui.rigName.text.strip() or None
+        for key, value in (("standard_view", view), ("calibration", path), ("rig", rig)):
             fields.pop(key, None)
             if value is not None:
                 fields[key] = value
@@ -232,6 +236,8 @@ class CameraPart:
             if number >= len(asked) or asked[number] not in sources:
                 continue
             row = sources.index(asked[number])
+            if self._xrays.reader.report(sources[row]).xray is None:
+                continue
             if finding.sure:
                 sure += 1
                 sources[row] = taken(sources[row], finding, self._xrays.reader)
@@ -308,6 +314,12 @@ class CameraPart:
 
     def _say(self, text: str, doubtful: bool = False) -> None:
         self._ui.cameraStage.text = html_of(text.splitlines(), doubtful)
+
+
+def with_rigs(sources: Sequence[XraySource], rows: Sequence[int]) -> list[int]:
+    """Rows with those of the same rigs, whose cameras are found together."""
+    rigs = {sources[row].fields.get("rig") for row in rows} - {None}
+    return [n for n, source in enumerate(sources) if n in rows or source.fields.get("rig") in rigs]
 
 
 def taken(source: XraySource, finding: CameraFinding, reader: XrayReader) -> XraySource:

@@ -218,6 +218,11 @@ def missing_input(parameters: PolyPoseParameterNode) -> str:
         return _("Give at least one segment a structure, or let the structures be proposed.")
     if parameters.anchor not in structures:
         return _("Choose the anchor: the structure that stays where it is.")
-    if not xray_sources(parameters):
+    sources = xray_sources(parameters)
+    if not sources:
         return _("Add an X-ray, better two or more from different directions.")
+    rigs = [source.fields["rig"] for source in sources if source.fields.get("rig")]
+    alone = next((name for name in rigs if rigs.count(name) == 1), None)
+    if alone is not None:
+        return _('Name the rig "{name}" for another X-ray as well, or clear it.').format(name=alone)
     return ""

@@ -36,7 +36,7 @@ TYPED_FIELDS = (
 
 GEOMETRY_FIELDS = (
     *TYPED_FIELDS, "intrinsics", "extrinsic", "camera", "isocenter_mm", "standard_view", "landmarks", "calibration",
-    "calibration_frame",
+    "calibration_frame", "rig",
 )  # fmt: skip
 """What a geometry file may say of one X-ray."""
 

@@ -10,7 +10,7 @@ import landmark_case
 import numpy as np
 import scenes
 import slicer
-from panel_case import INSIDE_SLICER, PanelCase
+from panel_case import INSIDE_SLICER, PanelCase, type_into
 from PolyPoseSlicer import calls, parameters, registration
 from PolyPoseSlicer.camera_finding import CameraFinding
 from PolyPoseSlicer.camera_run import findings_in
@@ -219,6 +219,40 @@ class FindTest(CamerasCase):
         self.choose(Way.LEARNED)
         self.ui.cameraModel.currentPath = ""
         self.assertNotIn("camera_model", parameters.options_of(self.panel.parameters))
+
+    def rig(self, name: str, row: int) -> None:
+        """Type a rig's name for an X-ray, whose camera was calibrated."""
+        self.choose(Way.SEARCH, row)
+        camera = landmark_case.random_camera(np.random.default_rng(row))
+        path = self.folder / f"camera{row}.csv"
+        np.savetxt(path, camera.intrinsics @ camera.extrinsic[:3], delimiter=",")
+        self.ui.calibrationFile.currentPath = str(path)
+        type_into(self.ui.rigName, name)
+
+    def test_a_rig_needs_two_xrays_and_is_searched_together(self) -> None:
+        self.rig("biplane", 0)
+        self.assertEqual(self.source(0).fields["rig"], "biplane")
+        self.assertFalse(self.ui.findCamera.enabled)
+        self.assertIn('Name the rig "biplane" for another X-ray', self.ui.findCamera.toolTip)
+        self.assertFalse(self.ui.registerButton.enabled)
+        self.rig("biplane", 1)
+        self.assertTrue(self.ui.findCamera.enabled)
+        self.answer(found(), found(name="lateral"))
+        self.find()
+        study = self.asked()[1]
+        self.assertEqual([entry["rig"] for entry in study["xrays"]], ["biplane", "biplane"])
+        self.assertTrue(all(self.source(row).found.taken for row in (0, 1)))
+        self.assertNotIn("calibration_frame", study["xrays"][0])
+        self.rig("", 1)
+        self.assertNotIn("rig", self.source(1).fields)
+        self.rig("", 0)
+        self.assertEqual(self.ui.rigName.text, "")
+
+    def test_a_rig_without_a_calibration_says_what_it_lacks(self) -> None:
+        self.choose(Way.SEARCH)
+        type_into(self.ui.rigName, "biplane")
+        self.assertEqual(self.ui.xraysTable.item(0, 3).text(), "not ready")
+        self.assertIn("nothing tells its place in it", self.ui.xrayState.text)
 
     def test_what_is_missing_is_the_tool_tip(self) -> None:
         self.ui.segmentationSelector.setCurrentNode(None)
