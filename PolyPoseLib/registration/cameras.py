@@ -18,7 +18,7 @@ from PolyPoseLib.rendering.backend import Backend
 REACH_MM = 12.0
 """The X-ray counts this far around the anchor."""
 
-COARSE_MM = 6.0
+COARSE_MM = 3.0
 """From this pixel size on, moving bones in front of the anchor are not masked out: too little would remain."""
 
 BEAM_STEPS_MM = (16.0, 8.0, 4.0)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import torch
 from scipy.ndimage import map_coordinates
 
 from PolyPoseLib.geometry.camera import Camera
@@ -18,6 +19,8 @@ from PolyPoseLib.study import Study
 from PolyPoseLib.warp.composition import compose_warped_ct, compose_warped_labels
 from PolyPoseLib.warp.dense import AnyWarp, displacement_field, warp_labels, warp_volume
 from PolyPoseLib.warp.field import DisplacementField, covering_grid
+from PolyPoseLib.warp.polyrigid import PolyrigidWarp
+from PolyPoseLib.warp.unfold import unfolded
 from PolyPoseLib.warp.weights import distance_maps
 
 TRANSFORM_MM = 3.0
@@ -46,23 +49,36 @@ class Warped:
 
 
 def warp_study(
-    study: Study, soft: SoftTissue, poses: np.ndarray, spacing_mm: float, composed: bool
+    study: Study, soft: SoftTissue, poses: np.ndarray, spacing_mm: float, composed: bool, unfold: bool = True
 ) -> Warped:
     """The dense transform, and the CT and its labels in the fixed frame.
 
-    poses: (K, 4, 4); composed: lay every bone rigidly over the warped soft tissue instead of warping all alike.
+    poses: (K, 4, 4); composed: lay every bone rigidly over the warped soft tissue instead of warping all alike; unfold:
+    take folds out of the soft tissue.
     """
     distances = distance_maps(study.structures, study.ct.affine)
     exact = soft.warp(distances, poses)
     affine, shape, aligned = _transform_grid(study.ct, spacing_mm)
-    transform = displacement_field(exact, affine, shape)
+    as_posed = displacement_field(exact, affine, shape)
+    transform = unfolded(as_posed, _near_bone(exact, affine)) if unfold else as_posed
     small = study.ct.voxels.size * len(study.structures.names) <= EXACT_WORK
-    warp: AnyWarp = exact if small and not aligned else transform
+    warp: AnyWarp = exact if small and not aligned and transform is as_posed else transform
     labels = study.source_segmentation or Volume(study.structures.labels, study.ct.affine)
     if composed:
         ct = compose_warped_ct(study.ct, study.structures, poses, warp)
         return Warped(transform, ct, compose_warped_labels(labels, study.structures, poses, warp))
     return Warped(transform, warp_volume(study.ct, warp), warp_labels(labels, warp))
+
+
+def _near_bone(warp: PolyrigidWarp, affine: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Whether points (N, 3) lie within one node's distance of a bone: those further off hardly count inside it."""
+    spacing = float(np.linalg.norm(affine[:3, :3], axis=0).max())
+
+    def near(points: np.ndarray) -> np.ndarray:
+        distance = warp.distances.under(torch.as_tensor(points), warp.poses)
+        return (distance.amin(dim=0) <= spacing).numpy()
+
+    return near
 
 
 def _transform_grid(ct: Volume, spacing_mm: float) -> tuple[np.ndarray, tuple[int, int, int], bool]:

@@ -163,7 +163,8 @@ def _assemble(
     monitor.step("warping", 0, 1, None)
     with monitor.timed("warping"):
         spacing = options.transform_spacing_mm or TRANSFORM_MM
-        warped = warp_study(study, soft, joint.poses, spacing, options.composed)
+        unfold = options.preset != "paper"
+        warped = warp_study(study, soft, joint.poses, spacing, options.composed, unfold)
     monitor.step("rendering", 0, 1, None)
     with monitor.timed("rendering"):
         first = render_views(scene, soft, [m.camera for m in found.initial], rest, backend)
