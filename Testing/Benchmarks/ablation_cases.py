@@ -14,6 +14,7 @@ from scipy.ndimage import find_objects, zoom
 from PolyPoseLib.evaluation.simulate import SimulationOptions
 from PolyPoseLib.evaluation.xray_physics import XrayPhysics
 from PolyPoseLib.imaging.volume import Volume, read_volume, write_volume
+from PolyPoseLib.registration.presets import PRESETS
 from PolyPoseLib.warp.distances import distance_at_voxels
 
 PHOTONS = XrayPhysics().photons
@@ -60,7 +61,7 @@ BODY_AND_ANCHOR = 2
 
 @dataclass(frozen=True)
 class Settings:
-    """One row. photons: per pixel; structures: None for all; weights, weight_frame: None for the preset's."""
+    """One row. photons: per pixel; structures: None for all; what follows erosion_mm: None for the preset's."""
 
     anatomy: str
     seed: int
@@ -73,6 +74,7 @@ class Settings:
     erosion_mm: float = 0.0
     weights: str | None = None
     weight_frame: str | None = None
+    rotation_reach_mm: float | None = None
 
     def key(self) -> dict:
         """Ready for JSON; equal for equal rows."""
@@ -83,6 +85,7 @@ class Settings:
         parts = [self.preset, self.weights, self.weight_frame]
         parts += [f"{self.structures}s"] if self.structures else []
         parts += [f"{self.erosion_mm:g}mm"] if self.erosion_mm else []
+        parts += [f"reach{self.rotation_reach_mm:g}mm"] if self.rotation_reach_mm else []
         return "-".join(part for part in parts if part)
 
 
@@ -95,6 +98,9 @@ class Point:
     changes: Mapping[str, object]
 
 
+ENDLESS_MM = 1e6
+"""A reach that lets bones turn all tissue, as the plain polyrigid model does."""
+
 # In words, the option "weights", the option "weight_frame".
 WEIGHTS = (
     ("1/(1+0.1 d²), fixed (predecessor)", "epsilon", "fixed"),
@@ -106,6 +112,7 @@ WEIGHTS = (
 
 TITLES = {
     "weights": "Weight functions",
+    "turning": "Distance at which tissue takes half of a bone's rotation, mm",
     "structures": "Number of structures",
     "erosion": "Erosion of the labels, mm",
     "views": f"Number of views over {VIEWS_ARC_DEG:g} degrees",
@@ -121,6 +128,15 @@ def points(study: str, anatomy: str, weight_presets: Sequence[str]) -> list[Poin
         return [
             Point(f"{preset}: {words}", n, {"preset": preset, **_weights(preset, form, frame)})
             for n, (preset, words, form, frame) in enumerate(rows)
+        ]
+    if study == "turning":
+        own = PRESETS["default"].rotation_reach_mm
+        reaches = [(f"{reach:g} mm", reach) for reach in (10.0, 20.0, 40.0, 80.0)] + [
+            ("all tissue", ENDLESS_MM)
+        ]
+        return [
+            Point(words, n, {"rotation_reach_mm": None if reach == own else reach})
+            for n, (words, reach) in enumerate(reaches)
         ]
     if study == "structures":
         most = len(STRUCTURES[anatomy])
@@ -180,7 +196,7 @@ def prepare(settings: Settings, work: Path) -> tuple[Path, dict[str, str], float
         write_volume(less, folder / fields["segmentation"])
     fields["options"] = {
         key: value
-        for key in ("preset", "weights", "weight_frame")
+        for key in ("preset", "weights", "weight_frame", "rotation_reach_mm")
         if (value := getattr(settings, key)) is not None
     }
     study = folder / f"study_{settings.tag()}.json"

@@ -22,6 +22,10 @@ NOTES = {
         "share of the volume, d its distance in mm, measured at the X-rays' posture (fixed) or carried along by the "
         "bone (moving)."
     ),
+    "turning": (
+        "Further off, tissue takes the displacement of the bone's centroid without its rotation. The truth's law is "
+        "another one (Laplace's equation)."
+    ),
     "structures": (
         "Bones fused in the study only; the truth moves all of them, and each is scored by the motion of the "
         "structure that it was fused into."
@@ -134,6 +138,8 @@ def _panel(axis: Axes, study: str, groups: list[tuple[Point, list[dict]]]) -> No
     axis.set_ylabel("mm", fontsize=8)
     if study in LOGARITHMIC:
         axis.set_xscale("log")
+    elif study == "turning":
+        axis.set_xticks(place, [point.label for point, _ in groups])
     else:
         axis.set_xticks(place)
 

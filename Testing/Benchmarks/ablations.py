@@ -1,5 +1,5 @@
-"""Ablations: what the weight function, the number of structures, labels that are too small, the number of views, the
-angle between them and noise do to the result.
+"""Ablations: what the weight function, the turning of tissue with bones, the number of structures, labels that are too
+small, the number of views, the angle between them and noise do to the result.
 
 Each study changes one setting of the usual case, two views of the pelvis 30 degrees apart with an independent truth
 (see accuracy.py), and leaves all else as it is; rows that studies share are run once. Every registration runs as its
