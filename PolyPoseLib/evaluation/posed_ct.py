@@ -1,4 +1,4 @@
-"""The CT of the same patient in another posture: bones moved rigidly, soft tissue harmonic in between."""
+"""The CT of the same patient in another posture: bones moved rigidly, soft tissue by a law of its own in between."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, find_objects, map_coordinates
+from scipy.ndimage import binary_opening, distance_transform_edt, find_objects, label, map_coordinates
 
+from PolyPoseLib.evaluation.elastic import solve_elastic
 from PolyPoseLib.evaluation.harmonic import interpolate_axis, jacobian_determinants, solve_laplace
 from PolyPoseLib.evaluation.motion import apply
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from PolyPoseLib.imaging.volume import Volume
 
 AIR_HU = -1000.0
+BODY_HU = -400.0
 _KNOWN_SHARE = 0.15
 """A node's displacement is a bone's when at least this share of its cell lies inside bone."""
 
@@ -87,11 +89,12 @@ def pose_ct(
     node_mm: float = 3.0,
     pad_mm: float = 20.0,
     ends: str = "cut",
+    tissue: str = "harmonic",
 ) -> PosedCt:
-    """Move the bones of a CT rigidly and let soft tissue follow harmonically.
+    """Move the bones of a CT rigidly and let soft tissue follow.
 
     A fixed voxel x belongs to bone k exactly when the moving label nearest to T_k x is k; there the CT is
-    sampled at T_k x. Elsewhere it is sampled at x + u(x), u harmonic between the bones; where that falls
+    sampled at T_k x. Elsewhere it is sampled at x + u(x), u the soft tissue's between the bones; where that falls
     into a bone, the surrounding soft tissue is put, so that no bone is seen twice.
 
     Args:
@@ -100,15 +103,17 @@ def pose_ct(
             earlier one.
         fixed_to_moving: (4, 4) per structure, LPS mm; a structure that is missing stays.
         source_labels: (k, j, i) integers on the CT's grid, moved likewise.
-        node_mm: distance of the nodes on which Laplace's equation is solved.
+        node_mm: distance of the nodes on which the soft tissue's equation is solved.
         pad_mm: room around the CT's grid for anatomy that moves out of it.
         ends: "cut" leaves air beyond the CT, "continued" repeats its end slices.
+        tissue: "harmonic" (evaluation.harmonic) or "elastic" (evaluation.elastic).
 
     """
     grid = FixedGrid.around(ct, pad_mm, node_mm)
     poses = [fixed_to_moving.get(name, np.eye(4)) for name in structures.names]
     labels, overlap = _place_bones(structures, ct.affine, poses, grid)
-    nodes, known = _soft_field(labels, poses, grid)
+    values, known = _bone_field(labels, poses, grid)
+    nodes = _soft_field(values, known, ct, grid, tissue)
     determinants = jacobian_determinants(np.moveaxis(nodes, 0, -1), grid.node_affine)
     folds = 100 * float((determinants[~known] <= 0).mean()) if not known.all() else 0.0
     hu, moved = _resample(
@@ -146,9 +151,32 @@ def _place_bones(
 
 
 def _soft_field(
+    values: np.ndarray, known: np.ndarray, ct: Volume, grid: FixedGrid, tissue: str
+) -> np.ndarray:
+    """Displacement (3, k, j, i) LPS mm on the nodes from that of the bones."""
+    spacing = np.linalg.norm(grid.node_affine[:3, :3], axis=0)[::-1]
+    if tissue == "harmonic":
+        return solve_laplace(values, known, spacing)
+    axes = grid.node_affine[:3, :3] / spacing[::-1]
+    along = np.tensordot(axes.T, values, 1).astype(np.float32)
+    return np.tensordot(axes, solve_elastic(along, known, _body(ct, grid), spacing), 1).astype(np.float32)
+
+
+def _body(ct: Volume, grid: FixedGrid) -> np.ndarray:
+    """(k, j, i) nodes in the body: the largest piece of the CT that is not air, as it lay in the CT."""
+    pieces, _count = label(binary_opening(ct.voxels > BODY_HU))
+    sizes = np.bincount(pieces.ravel())
+    sizes[0] = 0
+    body = (pieces == sizes.argmax()).astype(np.float32)
+    index = np.stack(np.meshgrid(*map(np.arange, grid.node_shape), indexing="ij")).astype(np.float64)
+    voxel = index * np.reshape(grid.factor, (3, 1, 1, 1)) - np.reshape(grid.pad, (3, 1, 1, 1))
+    return map_coordinates(body, voxel, order=1) > 0.5
+
+
+def _bone_field(
     labels: np.ndarray, poses: list[np.ndarray], grid: FixedGrid
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Displacement (3, k, j, i) on the nodes, and where (k, j, i) it is a bone's."""
+    """Displacement (3, k, j, i) of the bones on the nodes, and where (k, j, i) it is one's."""
     voxels = np.argwhere(labels > 0)
     numbers = labels[tuple(voxels.T)].astype(np.int64) - 1
     cells = np.ravel_multi_index(((voxels + np.array(grid.factor) // 2) // grid.factor).T, grid.node_shape)
@@ -169,8 +197,7 @@ def _soft_field(
     for number, pose in enumerate(poses):
         mine = winner == number
         values[(slice(None), *kji[mine].T)] = (apply(pose, points[mine]) - points[mine]).T
-    spacing = np.linalg.norm(grid.node_affine[:3, :3], axis=0)[::-1]
-    return solve_laplace(values, known, spacing), known
+    return values, known
 
 
 def _resample(

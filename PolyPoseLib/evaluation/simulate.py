@@ -1,8 +1,8 @@
 """Cases with a known truth: a CT whose bones were moved, X-rays of it, and cameras known only roughly.
 
 The truth shares nothing with the registration: bones move exactly rigidly about their joints, soft tissue
-follows Laplace's equation, another program projects, and a detector model adds noise, scatter, saturation
-and rounding.
+follows Laplace's equation or that of elasticity, another program projects, and a detector model adds noise,
+scatter, saturation and rounding.
 """
 
 from __future__ import annotations
@@ -38,7 +38,8 @@ class SimulationOptions:
     node_mm: grid of the soft field. pad_mm: room around the CT for anatomy that moves out of it. ends:
     "cut" or "continued" (the end slices go on beyond the CT). slide_mm: random shift of joints.
     motion_scale: factor on drawn motions. rotation_deg, translation_mm: error of the initial cameras.
-    projector: "auto", "rtk" or "sum".
+    projector: "auto", "rtk" or "sum". tissue: law of the soft tissue, "harmonic" or "elastic" (which is
+    slower: give a node_mm of 8 or so).
     """
 
     physics: XrayPhysics = field(default_factory=XrayPhysics)
@@ -50,6 +51,7 @@ class SimulationOptions:
     rotation_deg: float = INITIAL_ROTATION_DEG
     translation_mm: float = INITIAL_TRANSLATION_MM
     projector: str = "auto"
+    tissue: str = "harmonic"
 
     def __post_init__(self) -> None:
         """Check the ranges; raises InputError."""
@@ -60,6 +62,8 @@ class SimulationOptions:
             raise InputError("The simulation's node_mm must be at least 0.5 mm.")
         if self.ends not in ("cut", "continued"):
             raise InputError('The simulation\'s ends must be "cut" or "continued".')
+        if self.tissue not in ("harmonic", "elastic"):
+            raise InputError('The simulation\'s tissue must be "harmonic" or "elastic".')
 
 
 @dataclass(frozen=True)
@@ -140,6 +144,7 @@ def simulate_case(
         options.node_mm,
         options.pad_mm,
         options.ends,
+        options.tissue,
     )
     centre = structures_centre(structures, ct.affine)
     cameras = list(cameras) if cameras is not None else view_cameras(ct, isocenter=centre)

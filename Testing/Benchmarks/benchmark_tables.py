@@ -59,9 +59,9 @@ def machine() -> dict[str, str]:
     }
 
 
-def write_tables(rows: list[dict], path: Path) -> None:
-    """One table per anatomy and set of views, one per structure, and the machine."""
-    parts = ["# Accuracy on independent truths\n", _legend()]
+def write_tables(rows: list[dict], path: Path, law: str) -> None:
+    """One table per anatomy and set of views, one per structure, and the machine; law: of the truths' soft tissue."""
+    parts = ["# Accuracy on independent truths\n", f"Soft tissue of the truths follows {law}.\n", _legend()]
     for anatomy, views, pixels in _unique((row["anatomy"], row["views"], row["pixels"]) for row in rows):
         chosen = [
             row for row in rows if (row["anatomy"], row["views"], row["pixels"]) == (anatomy, views, pixels)
