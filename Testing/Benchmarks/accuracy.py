@@ -1,9 +1,9 @@
 """Accuracy on independent truths: TRE, Dice, folds, cameras, seconds and memory of several modes.
 
-Bones of a public CT are moved rigidly about their joints, soft tissue follows Laplace's equation (with --tissue elastic:
-that of an elastic body with a free skin), ITK-RTK renders, a detector model adds noise, scatter, saturation and 12-bit
-rounding, and the cameras start 4 degrees and 15 mm off. Every registration runs as its own process, the way a user runs
-it, so that seconds and peak memory are its own.
+Bones of a public CT are moved rigidly about their joints, soft tissue follows Laplace's equation (with --tissue
+elastic: that of an elastic body with a free skin), ITK-RTK renders, a detector model adds noise, scatter, saturation
+and 12-bit rounding, and the cameras start 4 degrees and 15 mm off. Every registration runs as its own process, the way
+a user runs it, so that seconds and peak memory are its own.
 
     python Testing/Benchmarks/accuracy.py --anatomy pelvis --views 2x30 --seeds 0 1 2 3 4
 
