@@ -24,6 +24,9 @@ COARSE_MM = 3.0
 BEAM_STEPS_MM = (16.0, 8.0, 4.0)
 """Steps along the beam, long ones first, with which a camera's distance is looked for."""
 
+BEAM_STEPS = 8
+"""Steps of one length at most."""
+
 
 def find_camera(
     scene: Scene,
@@ -95,9 +98,8 @@ def _slid_along_beam(problem: RigidProblem, state: State) -> State:
     cost = problem.cost(state)
     for length in BEAM_STEPS_MM:
         for sign in (-1.0, 1.0):
-            while True:
-                step = np.r_[np.zeros(3), sign * length * beam]
-                trial = problem.moved(state, step)
+            for _ in range(BEAM_STEPS):
+                trial = problem.moved(state, np.r_[np.zeros(3), sign * length * beam])
                 trial_cost = problem.cost(trial)
                 if trial_cost >= cost:
                     break

@@ -32,7 +32,7 @@ def rig_guesses(
 ) -> list[Guess]:
     """A camera for each X-ray of one rig, all with the rig's relative pose.
 
-    A camera that is known places the others. Otherwise each X-ray is asked for a guess, until one is sure, and the
+    A camera that is known stays, and places those that are not. Otherwise each X-ray is asked for a guess, until one is sure, and the
     guess that explains all X-rays of the rig best places the others.
 
     Args:
@@ -57,8 +57,8 @@ def rig_guesses(
     known = next((n for n, xray in enumerate(xrays) if xray.camera == "known"), None)
     if known is not None:
         first = np.linalg.inv(relative[known]) @ xrays[known].extrinsic
-        how = f'the rig with "{xrays[known].name}", whose camera is known'
-        return [Guess(m.camera, True, (0.0, 0.0), how) for m in placed_rig(blank, relative, first)]
+        placed = placed_rig(blank, relative, first)
+        return [_known(m.camera, xray, xrays[known].name) for m, xray in zip(placed, xrays, strict=True)]
     guesses = _asked(scene, xrays, backend, monitor, stage, method, model)
     candidates = [(n, guess.camera.extrinsic) for n, guess in guesses]
     best, cameras = best_for_rig(scene, blank, relative, candidates, JUDGED_AT, backend)
@@ -68,6 +68,13 @@ def rig_guesses(
         replace(guess, camera=camera, how=guess.how if n == number else how)
         for n, camera in enumerate(cameras)
     ]
+
+
+def _known(placed: Camera, xray: Xray, other: str) -> Guess:
+    """The X-ray's own camera when it is known, or else where the rig with a known one puts it."""
+    if xray.camera == "known":
+        return Guess(placed.with_extrinsic(xray.extrinsic), True, (0.0, 0.0), "known")
+    return Guess(placed, True, (0.0, 0.0), f'placed by the rig with "{other}", whose camera is known')
 
 
 def _asked(

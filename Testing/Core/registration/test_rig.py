@@ -123,6 +123,16 @@ def test_a_known_camera_places_the_others_exactly(simulated, study):
         np.testing.assert_allclose(found.extrinsic, right.extrinsic, atol=1e-6)
 
 
+def test_two_known_cameras_stay_whatever_their_rig_says(simulated, study):
+    xrays = [
+        replace(xray, extrinsic=camera.extrinsic, camera="known")
+        for xray, camera in zip(study.xrays, simulated.initial_cameras, strict=True)
+    ]
+    result = register(replace(study, xrays=tuple(xrays)))
+    for found, given in zip(result.cameras, simulated.initial_cameras, strict=True):
+        np.testing.assert_allclose(found.extrinsic, given.extrinsic, atol=1e-9)
+
+
 def test_an_x_ray_that_shows_nothing_is_placed_by_another(simulated, scene, study, monkeypatch):
     true = simulated.cameras
 
