@@ -32,8 +32,8 @@ def rig_guesses(
 ) -> list[Guess]:
     """A camera for each X-ray of one rig, all with the rig's relative pose.
 
-    A camera that is known stays, and places those that are not. Otherwise each X-ray is asked for a guess, until one is sure, and the
-    guess that explains all X-rays of the rig best places the others.
+    A camera that is known stays, and places those that are not. Otherwise each X-ray is asked for a guess, until one
+    is sure, and the guess that explains all X-rays of the rig best places the others.
 
     Args:
         scene: the CT with its anchor.
