@@ -64,26 +64,37 @@ def _refine(
 ) -> Camera:
     centre = scene.anchor_centre
     view = view_at(level, measured, centre)
-    reach = REACH_MM / pixel_size_mm(view.camera, centre)
     body = scene.volume("whole", level.size_mm)
     problem = RigidProblem([body], [view], [], [0], centre, level.size_mm, backend)
     bones = RigidProblem(scene.bodies(level.size_mm), [view], [], [0], centre, level.size_mm, backend)
-    others = [k for k in range(len(scene.names)) if k != scene.anchor]
+
+    def weigh(state: State) -> None:
+        posed = State(np.broadcast_to(np.eye(4), (len(scene.names), 4, 4)), state.corrections)
+        view.weight = robust_weight(view, problem.residual(state, 0), anchor_region(scene, bones, posed, 0))
 
     def before_step(state: State, iteration: int, cost: float) -> None:
         similarity = None if iteration == 0 else 1 - cost / 2
         monitor.step(stage, done + iteration, total, similarity)
-        posed = State(np.broadcast_to(np.eye(4), (len(scene.names), 4, 4)), state.corrections)
-        region = within(covered(bones, posed, 0, [scene.anchor]), reach)
-        if level.size_mm < COARSE_MM:
-            region &= ~covered(bones, posed, 0, others)
-        view.weight = robust_weight(view, problem.residual(state, 0), region)
+        weigh(state)
 
     start = State(np.eye(4)[None], np.eye(4)[None])
-    before_step(start, 0, np.inf)
+    weigh(start)
     start = _slid_along_beam(problem, start)
     solution = minimise(problem, start, SolverOptions(level.iterations), before_step)
     return corrected(measured.camera, solution.state.corrections[0])
+
+
+def anchor_region(scene: Scene, bones: RigidProblem, state: State, view_index: int) -> np.ndarray:
+    """(H, W) bool: where a view counts in stage A, around the anchor and, at fine levels, away from other bones.
+
+    bones: the problem of all the scene's bodies; state: of all of them.
+    """
+    reach = REACH_MM / pixel_size_mm(bones.views[view_index].camera, scene.anchor_centre)
+    region = within(covered(bones, state, view_index, [scene.anchor]), reach)
+    if bones.step_mm < COARSE_MM:
+        others = [k for k in range(len(scene.names)) if k != scene.anchor]
+        region &= ~covered(bones, state, view_index, others)
+    return region
 
 
 def _slid_along_beam(problem: RigidProblem, state: State) -> State:

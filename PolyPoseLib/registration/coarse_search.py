@@ -151,3 +151,8 @@ def anchor_points(body: Body, most: int = 1500) -> np.ndarray:
     index = np.argwhere(body.voxels > 0.1 * body.voxels.max())[:, ::-1]
     index = index[:: max(1, len(index) // most)]
     return index @ body.affine[:3, :3].T + body.affine[:3, 3]
+
+
+def compared_points(scene: Scene) -> np.ndarray:
+    """Points (N, 3) LPS mm of the anchor whose projections tell cameras apart."""
+    return anchor_points(scene.bodies(SIZE_MM)[scene.anchor], 300)

@@ -8,19 +8,16 @@ import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.camera_starts import TURN_DEG, FoundCamera, turned_about
-from PolyPoseLib.registration.cameras import COARSE_MM, REACH_MM, corrected
-from PolyPoseLib.registration.coarse_search import anchor_points
+from PolyPoseLib.registration.cameras import anchor_region, corrected
+from PolyPoseLib.registration.coarse_search import compared_points
 from PolyPoseLib.registration.hypotheses import explains, judge_camera
-from PolyPoseLib.registration.levels import Level, Measured, pixel_size_mm, view_at
+from PolyPoseLib.registration.levels import Level, Measured, view_at
 from PolyPoseLib.registration.levenberg import SolverOptions, minimise
 from PolyPoseLib.registration.monitor import Monitor
 from PolyPoseLib.registration.problem import RigidProblem, State
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.registration.weighting import covered, robust_weight, within
+from PolyPoseLib.registration.weighting import robust_weight
 from PolyPoseLib.rendering.backend import Backend
-
-POINTS = 300
-"""Of the anchor, whose projections tell cameras apart."""
 
 
 def find_rig(
@@ -64,7 +61,7 @@ def find_rig_near(
     stage: str,
 ) -> list[FoundCamera]:
     """The cameras of a rig near their guesses, as :func:`find_camera_near` finds one: from turns of the whole rig."""
-    points = anchor_points(scene.bodies(levels[0].size_mm)[scene.anchor], POINTS)
+    points = compared_points(scene)
     relative = relative_poses([m.camera.extrinsic for m in measured])
     candidates = []
     for start in turned_about(measured[0].camera, scene.anchor_centre, TURN_DEG):
@@ -109,7 +106,7 @@ def best_for_rig(
     relative: (4, 4) from the first camera's axes to each camera's; candidates: at least one (number of an X-ray, its
     extrinsic).
     """
-    points = anchor_points(scene.bodies(level.size_mm)[scene.anchor], POINTS)
+    points = compared_points(scene)
     rigs = []
     for n, extrinsic in candidates:
         placed = placed_rig(measured, relative, np.linalg.inv(relative[n]) @ extrinsic)
@@ -149,16 +146,12 @@ def _refine(
     views = [view_at(level, m, centre) for m in measured]
     whole = RigidProblem([scene.volume("whole", size)], views, [0], [], centre, size, backend)
     bones = RigidProblem(scene.bodies(size), views, [], [], centre, size, backend)
-    others = [k for k in range(len(scene.names)) if k != scene.anchor]
 
     def before_step(state: State, iteration: int, cost: float) -> None:
         monitor.step(stage, done + iteration, total, None if iteration == 0 else 1 - cost / 2)
         posed = State(np.stack([state.poses[0]] * len(scene.names)), state.corrections)
         for n, view in enumerate(views):
-            reach = REACH_MM / pixel_size_mm(view.camera, centre)
-            region = within(covered(bones, posed, n, [scene.anchor]), reach)
-            if size < COARSE_MM:
-                region &= ~covered(bones, posed, n, others)
+            region = anchor_region(scene, bones, posed, n)
             view.weight = robust_weight(view, whole.residual(state, n), region)
 
     start = State(np.eye(4)[None], np.stack([np.eye(4)] * len(views)))

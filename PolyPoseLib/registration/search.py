@@ -12,7 +12,7 @@ from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS, standard_view_rotation
 from PolyPoseLib.geometry.view_grid import view_grid
 from PolyPoseLib.registration.cameras import find_camera
-from PolyPoseLib.registration.coarse_search import SIZE_MM, Candidates, CoarseSearch, anchor_points
+from PolyPoseLib.registration.coarse_search import Candidates, CoarseSearch, compared_points
 from PolyPoseLib.registration.hypotheses import Hypothesis, distinct, doubts, judge_camera, merged
 from PolyPoseLib.registration.levels import Level, Measured
 from PolyPoseLib.registration.monitor import Monitor
@@ -139,7 +139,7 @@ def find_cameras(
 
     """
     quiet = _Quiet(monitor, stage)
-    points = _compared_points(scene)
+    points = compared_points(scene)
     found: list[Hypothesis] = []
     for round_number, density in enumerate(densities):
         quiet.start_round(round_number, len(densities))
@@ -161,7 +161,7 @@ def coarse_cameras(
     density: Density = USUAL,
 ) -> list[Camera]:
     """Only the exhaustive part of :func:`find_cameras`, likeliest camera first; nothing is refined."""
-    points = _compared_points(scene)
+    points = compared_points(scene)
     return _coarse(scene, measured, searched, density, points, backend, _Quiet(monitor, stage))
 
 
@@ -175,13 +175,8 @@ def refine_cameras(
     stages: Sequence[Stage] = STAGES,
 ) -> list[Hypothesis]:
     """Only the refinement of :func:`find_cameras`: from cameras that something else proposes, best first."""
-    points = _compared_points(scene)
+    points = compared_points(scene)
     return _refined(scene, measured, cameras, stages, points, backend, _Quiet(monitor, stage))
-
-
-def _compared_points(scene: Scene) -> np.ndarray:
-    """Points (N, 3) LPS mm of the anchor whose projections tell cameras apart."""
-    return anchor_points(scene.bodies(SIZE_MM)[scene.anchor], 300)
 
 
 def perturbed(camera: Camera, centre: np.ndarray, rng: np.random.Generator) -> Camera:

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from phantom_study import case
 
 from PolyPoseLib.evaluation.case_files import case_to_study
 from PolyPoseLib.registration import camera_guess
@@ -10,7 +9,6 @@ from PolyPoseLib.registration.camera_guess import Guess, initial_camera
 from PolyPoseLib.registration.coarse_search import anchor_points
 from PolyPoseLib.registration.hypotheses import apart_mm
 from PolyPoseLib.registration.monitor import Monitor
-from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.search import perturbed
 from PolyPoseLib.rendering.backend import select_backend
 
@@ -28,16 +26,6 @@ class Fake:
 
     def starts(self, xray):
         return list(self.cameras)
-
-
-@pytest.fixture(scope="module")
-def simulated():
-    return case(seed=1)
-
-
-@pytest.fixture(scope="module")
-def scene(simulated):
-    return Scene(simulated.ct, simulated.structures, simulated.anchor)
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from phantom_study import case
 from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.errors import InputError, UntrustedResultError
@@ -13,33 +12,16 @@ from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.imaging.xray_calibration import RigPose
 from PolyPoseLib.registration import rig_guess
 from PolyPoseLib.registration.camera_guess import Guess
-from PolyPoseLib.registration.coarse_search import anchor_points
 from PolyPoseLib.registration.hypotheses import apart_mm
 from PolyPoseLib.registration.levels import Level, Measured
 from PolyPoseLib.registration.monitor import Monitor
 from PolyPoseLib.registration.pipeline import register
 from PolyPoseLib.registration.rig import best_for_rig, find_rig, find_rig_near, placed_rig, relative_poses
 from PolyPoseLib.registration.rig_guess import rig_guesses
-from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.study_cameras import grouped_by_rig
 from PolyPoseLib.rendering.backend import select_backend
 
 LEVELS = (Level(6.0, 40.0, 12), Level(3.0, 20.0, 12))
-
-
-@pytest.fixture(scope="module")
-def simulated():
-    return case(seed=1)
-
-
-@pytest.fixture(scope="module")
-def scene(simulated):
-    return Scene(simulated.ct, simulated.structures, simulated.anchor)
-
-
-@pytest.fixture(scope="module")
-def points(scene):
-    return anchor_points(scene.bodies(6.0)[scene.anchor], 200)
 
 
 @pytest.fixture(scope="module")

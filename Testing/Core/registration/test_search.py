@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from phantom_study import case
 from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.errors import InputError
@@ -14,31 +13,14 @@ from PolyPoseLib.imaging.landmarks import Landmarks
 from PolyPoseLib.imaging.xray import Xray
 from PolyPoseLib.progress import Progress
 from PolyPoseLib.registration.camera_guess import initial_camera, judged_guess
-from PolyPoseLib.registration.coarse_search import anchor_points
 from PolyPoseLib.registration.hypotheses import Hypothesis, apart_mm, distinct, doubts, merged
 from PolyPoseLib.registration.levels import Level, Measured
 from PolyPoseLib.registration.monitor import Monitor
-from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.search import Density, SearchRange, Stage, find_cameras
 from PolyPoseLib.rendering.backend import select_backend
 
 QUICK = (Density(10.0, 11.0, 1.2, 30),)
 STAGES = (Stage(Level(8.0, 60.0, 8), 6, 4.0), Stage(Level(5.0, 40.0, 10), 3, 5.0))
-
-
-@pytest.fixture(scope="module")
-def simulated():
-    return case(seed=1)
-
-
-@pytest.fixture(scope="module")
-def scene(simulated):
-    return Scene(simulated.ct, simulated.structures, simulated.anchor)
-
-
-@pytest.fixture(scope="module")
-def points(scene):
-    return anchor_points(scene.bodies(6.0)[scene.anchor], 200)
 
 
 def xray(simulated, number, **changes) -> Xray:

@@ -1,0 +1,22 @@
+"""A phantom case and its scene, which several tests of cameras share."""
+
+import pytest
+from phantom_study import case
+
+from PolyPoseLib.registration.coarse_search import anchor_points
+from PolyPoseLib.registration.scene import Scene
+
+
+@pytest.fixture(scope="module")
+def simulated():
+    return case(seed=1)
+
+
+@pytest.fixture(scope="module")
+def scene(simulated):
+    return Scene(simulated.ct, simulated.structures, simulated.anchor)
+
+
+@pytest.fixture(scope="module")
+def points(scene):
+    return anchor_points(scene.bodies(6.0)[scene.anchor], 200)
