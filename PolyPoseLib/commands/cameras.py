@@ -153,10 +153,9 @@ def write_json(fields: dict[str, Any], path: Path, option: str) -> None:
 def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dict[int, Guess]:
     """Guesses for the X-rays ``wanted``, by number."""
     from PolyPoseLib.options import Options
-    from PolyPoseLib.registration.camera_guess import initial_camera
     from PolyPoseLib.registration.monitor import Monitor
     from PolyPoseLib.registration.pipeline import resolve_device
-    from PolyPoseLib.registration.rig_guess import rig_guesses
+    from PolyPoseLib.registration.rig_guess import group_guesses
     from PolyPoseLib.registration.scene import Scene
     from PolyPoseLib.registration.study_cameras import camera_model, grouped_by_rig
     from PolyPoseLib.rendering.backend import select_backend
@@ -175,11 +174,7 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
             group = [study.xrays[n] for n in numbers]
             stage = f"camera {group[0].name or numbers[0] + 1}"
             method = _method(group[0], arguments, model is not None)
-            found = (
-                [initial_camera(scene, group[0], backend, monitor, stage, method, model)]
-                if len(group) == 1
-                else rig_guesses(scene, group, backend, monitor, stage, method, model)
-            )
+            found = group_guesses(scene, group, backend, monitor, stage, method, model)
             monitor.step(stage, 1, 1, found[0].similarity)
             guesses |= {n: guess for n, guess in zip(numbers, found, strict=True) if n in wanted}
             for warning in dict.fromkeys(line for guess in found for line in guess.warnings):

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 import threading
 import time
@@ -21,6 +20,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from PolyPoseLib.commands._arguments import new_parser
 from PolyPoseLib.errors import InputError, PolyPoseError
+from PolyPoseLib.whole_file import replaced_whole
 
 if TYPE_CHECKING:
     from PolyPoseLib.rendering.preview import PreviewRenderer
@@ -96,10 +96,8 @@ def answer(renderer: PreviewRenderer, line: str) -> dict[str, Any]:
         number = request.get("id")
         began = time.perf_counter()
         image = renderer.render(_camera(request))
-        output = Path(request["output"])
-        part = output.with_name(output.name + ".part")
-        image.tofile(part)
-        os.replace(part, output)
+        with replaced_whole(Path(request["output"])) as part:
+            image.tofile(part)
     except KeyError as error:
         return {"id": number, "error": f"The request lacks the field {error}."}
     except (PolyPoseError, OSError, ValueError, TypeError) as error:

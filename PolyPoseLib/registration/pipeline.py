@@ -163,8 +163,8 @@ def _assemble(
     monitor.step("warping", 0, 1, None)
     with monitor.timed("warping"):
         spacing = options.transform_spacing_mm or TRANSFORM_MM
-        unfold = options.preset != "paper"
-        warped = warp_study(study, soft, joint.poses, spacing, options.composed, unfold)
+        unfolded = PRESETS[options.preset].unfolded
+        warped = warp_study(study, soft, joint.poses, spacing, options.composed, unfolded)
     monitor.step("rendering", 0, 1, None)
     with monitor.timed("rendering"):
         first = render_views(scene, soft, [m.camera for m in found.initial], rest, backend)

@@ -10,13 +10,17 @@ from PolyPoseLib.registration.levels import Level
 
 @dataclass(frozen=True)
 class Preset:
-    """Levels of the camera stage, stages of the joint fit, and the smooth warp (see SoftTissue)."""
+    """Levels of the camera stage, stages of the joint fit, and the smooth warp (see SoftTissue).
+
+    unfolded: whether folds are relaxed out of the written transform.
+    """
 
     camera_levels: tuple[Level, ...]
     joint: tuple[JointStage, ...]
     weights: str = "rigid"
     weight_frame: str = "moving"
     rotation_reach_mm: float | None = 40.0
+    unfolded: bool = True
 
 
 PRESETS: dict[str, Preset] = {
@@ -36,5 +40,12 @@ PRESETS: dict[str, Preset] = {
         joint=(JointStage(Level(6.0, 40.0, 15, 0.01)), JointStage(Level(3.0, 20.0, 15, 0.005))),
     ),
     # Its levels are those of PolyPoseLib.registration.paper.
-    "paper": Preset(camera_levels=(), joint=(), weights="mass", weight_frame="fixed", rotation_reach_mm=None),
+    "paper": Preset(
+        camera_levels=(),
+        joint=(),
+        weights="mass",
+        weight_frame="fixed",
+        rotation_reach_mm=None,
+        unfolded=False,
+    ),
 }

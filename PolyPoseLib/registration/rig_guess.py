@@ -1,4 +1,4 @@
-"""First cameras of a rig: what is found for one of its X-rays places the others."""
+"""First cameras of X-rays that belong together: what is found for one X-ray of a rig places the others."""
 
 from __future__ import annotations
 
@@ -19,6 +19,21 @@ from PolyPoseLib.rendering.backend import Backend
 
 JUDGED_AT = Level(6.0, 40.0, 0)
 """Resolution at which guesses of different X-rays are compared."""
+
+
+def group_guesses(
+    scene: Scene,
+    xrays: Sequence[Xray],
+    backend: Backend,
+    monitor: Monitor,
+    stage: str,
+    method: str = "auto",
+    model: Regressor | None = None,
+) -> list[Guess]:
+    """A first camera for one X-ray by itself, or for each X-ray of one rig; see :func:`rig_guesses`."""
+    if len(xrays) == 1:
+        return [initial_camera(scene, xrays[0], backend, monitor, stage, method, model)]
+    return rig_guesses(scene, xrays, backend, monitor, stage, method, model)
 
 
 def rig_guesses(

@@ -9,7 +9,7 @@ import SimpleITK as sitk
 from PolyPoseLib.__main__ import main
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.imaging.volume import Volume, write_volume
-from PolyPoseLib.registration import camera_guess
+from PolyPoseLib.registration import rig_guess
 from PolyPoseLib.registration.camera_guess import Guess
 
 FOUND = np.array([[1.0, 0, 0, 0], [0, 0, -1, 5], [0, 1, 0, 700], [0, 0, 0, 1]])
@@ -52,7 +52,7 @@ def asked(monkeypatch):
             camera, calls["sure"], (2, 10), "as told", () if calls["sure"] else ("doubtful",), 0.8, 0.3
         )
 
-    monkeypatch.setattr(camera_guess, "initial_camera", guess)
+    monkeypatch.setattr(rig_guess, "initial_camera", guess)
     return calls
 
 
