@@ -34,8 +34,7 @@ def ensure_dependencies(requirements: str | Path) -> None:
                 reason=str(error) or type(error).__name__
             )
         ) from error
-    if not has_torch():
-        _install_torch()
+    _install_torch_if_missing()
 
 
 def has_torch() -> bool:
@@ -47,8 +46,10 @@ def has_torch() -> bool:
     return True
 
 
-def _install_torch() -> None:
+def _install_torch_if_missing() -> None:
     """Let the PyTorch extension install PyTorch; it finds the build that fits the graphics card."""
+    if has_torch():
+        return
     try:
         import PyTorchUtils
     except ImportError as error:
@@ -64,6 +65,10 @@ def _install_torch() -> None:
             askConfirmation=True, torchVersionRequirement=TORCH_REQUIREMENT
         )
     except Exception as error:
+        if (
+            has_torch()
+        ):  # it was installed, but not imported into Slicer itself: only the child process needs it
+            return
         raise DependencyError(
             _("PyTorch could not be installed ({reason}): install it in the module PyTorch Utils.").format(
                 reason=error

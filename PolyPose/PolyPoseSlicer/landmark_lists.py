@@ -51,6 +51,14 @@ class Pairs:
     xray_alone: tuple[str, ...] = ()
     astray: tuple[str, ...] = ()
 
+    def same_as(self, other: Pairs) -> bool:
+        """Whether these are the very same points under the same names."""
+        return (
+            self.names == other.names
+            and np.array_equal(self.points, other.points)
+            and np.array_equal(self.pixels, other.pixels)
+        )
+
     def entries(self) -> list[dict[str, Any]]:
         """As the field "landmarks" of a study."""
         return [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import slicer
 
-from .xray_views import view_name
+from .xray_views import view_group, view_name
 
 LAYOUT = 6120
 """Number of the layout with one X-ray; each further X-ray adds one."""
@@ -15,6 +15,7 @@ PLOT_VIEW = "PolyPosePlot"
 _XRAY = """<item><view class="vtkMRMLSliceNode" singletontag="{name}">
 <property name="orientation" action="default">Axial</property>
 <property name="viewlabel" action="default">X{number}</property>
+<property name="viewgroup" action="default">{group}</property>
 <property name="viewcolor" action="default">#E0A030</property></view></item>"""
 _SLICE = """<item><view class="vtkMRMLSliceNode" singletontag="{name}">
 <property name="orientation" action="default">{orientation}</property>
@@ -25,7 +26,9 @@ _SLICES = (("Red", "Axial", "#F34A33"), ("Yellow", "Sagittal", "#EDD54C"), ("Gre
 
 def description(views: int) -> str:
     """The layout's XML for a number of X-rays."""
-    xrays = "".join(_XRAY.format(name=view_name(each), number=each + 1) for each in range(views))
+    xrays = "".join(
+        _XRAY.format(name=view_name(each), number=each + 1, group=view_group(each)) for each in range(views)
+    )
     plot = (
         f'<item><view class="vtkMRMLPlotViewNode" singletontag="{PLOT_VIEW}">'
         '<property name="viewlabel" action="default">P</property></view></item>'

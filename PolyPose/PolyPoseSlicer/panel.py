@@ -51,6 +51,7 @@ class Panel:
         scene = slicer.mrmlScene
         host.addObserver(scene, scene.StartCloseEvent, self._scene_closes)
         host.addObserver(scene, scene.EndCloseEvent, self._scene_closed)
+        host.addObserver(scene, scene.StartImportEvent, self._scene_imports)
         host.addObserver(scene, scene.EndImportEvent, self._scene_imported)
         slicer.app.connect("aboutToQuit()", self.stop)
         self.use(logic.getParameterNode())
@@ -134,6 +135,10 @@ class Panel:
     def _scene_closed(self, *_ignored: Any) -> None:
         if self._host.parent.isEntered:
             self.use(self.logic.getParameterNode())
+
+    def _scene_imports(self, *_ignored: Any) -> None:
+        """A scene is about to be added: selectors are emptied meanwhile, which is no choice of the user's."""
+        self.use(None)
 
     def _scene_imported(self, *_ignored: Any) -> None:
         """A scene was loaded: its parameter node replaces ours."""

@@ -28,6 +28,7 @@ from .parameters import (
     store_xray_sources,
     xray_sources,
 )
+from .path_edit import follow_path, show_path
 from .study_run import State
 from .xray_reading import XrayReader
 from .xray_source import XraySource
@@ -73,8 +74,8 @@ class CameraPart:
         ui.cameraProgress.setVisible(False)
         ui.cameraWay.connect("currentIndexChanged(int)", self._edited)
         ui.standardView.connect("currentIndexChanged(int)", self._edited)
-        ui.calibrationFile.connect("currentPathChanged(QString)", self._edited)
-        ui.cameraModel.connect("currentPathChanged(QString)", self._model_edited)
+        follow_path(ui.calibrationFile, self._edited)
+        follow_path(ui.cameraModel, self._model_edited)
         ui.rigName.connect("editingFinished()", self._edited)
         ui.findCamera.connect("clicked()", self.press)
         ui.findCameras.connect("clicked()", self.find_all)
@@ -97,8 +98,8 @@ class CameraPart:
         way = source.way if source is not None else Way.AUTO
         ui.cameraWay.currentIndex = _WAYS.index(way)
         ui.standardView.currentIndex = max(0, ui.standardView.findText(fields.get("standard_view") or ""))
-        ui.calibrationFile.currentPath = str(fields.get("calibration") or "")
-        ui.cameraModel.currentPath = camera_model_of(parameters) if parameters is not None else ""
+        show_path(ui.calibrationFile, str(fields.get("calibration") or ""))
+        show_path(ui.cameraModel, camera_model_of(parameters) if parameters is not None else "")
         ui.rigName.text = str(fields.get("rig") or "")
         self._showing = False
         for name in ("cameraWay", "standardView", "calibrationFile", "cameraModel", "rigName"):

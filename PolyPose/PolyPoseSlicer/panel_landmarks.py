@@ -58,8 +58,9 @@ class LandmarksPart:
         self._place = PlaceMode(host, self._mode_changed)
         self._solve_timer = self._timer(SOLVE_MS, self.solve)
         self._settle_timer = self._timer(SETTLE_MS, self.settle)
-        ui.ctLandmarks.connect("currentNodeChanged(vtkMRMLNode*)", self._chosen)
-        ui.xrayLandmarks.connect("currentNodeChanged(vtkMRMLNode*)", self._chosen)
+        # "activated" means a choice of the user's: when a node is deleted the selector moves on to another one.
+        ui.ctLandmarks.connect("nodeActivated(vtkMRMLNode*)", self._chosen)
+        ui.xrayLandmarks.connect("nodeActivated(vtkMRMLNode*)", self._chosen)
         ui.ctPlace.connect("clicked(bool)", self.pick_in_ct)
         ui.xrayPlace.connect("clicked(bool)", self.pick_in_xray)
         ui.removeLandmark.connect("clicked()", self.remove_selected)
@@ -145,6 +146,8 @@ class LandmarksPart:
             self._remove_projected()
             return
         pairs = landmark_lists.pairs_of(source.ct_landmarks, source.xray_landmarks)
+        if self.fit is not None and not pairs.same_as(self.fit.pairs):
+            self._edited = True
         self.fit, self._fitted = fit_landmarks(pairs, report.xray), source.xray_landmarks
         self._table.show(self.fit)
         self._show_projected(source)
@@ -291,8 +294,8 @@ class LandmarksPart:
         landmark_lists.name_new_point(node)
 
     def _touched(self, *_ignored: Any) -> None:
-        """A point was placed, moved, renamed or removed."""
-        self._edited = True
+        """A point was placed, moved, renamed or removed, or the one that follows the mouse in place mode was."""
+        self._edited = self._edited or self.fit is None
         if not self._solve_timer.isActive():
             self._solve_timer.start()
 

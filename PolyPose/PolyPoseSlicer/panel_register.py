@@ -45,6 +45,7 @@ class RegisterPart:
         self._timer.interval = POLL_MS
         self._timer.connect("timeout()", self._poll)
         ui.outputFolder.filters = ctk.ctkPathLineEdit.Dirs
+        ui.outputFolder.currentPath = ""  # not the last one of its history: that holds an earlier result
         ui.progressBar.setVisible(False)
         ui.registerButton.connect("clicked()", self.press)
         for name, signal in (

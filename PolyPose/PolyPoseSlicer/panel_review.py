@@ -25,6 +25,9 @@ from .result_origin import made_from
 from .xray_reading import XrayReport
 
 FLICKER_MS = 400
+RESIZED_MS = 100
+"""New views get their final size about this long after the layout has changed."""
+
 _OVERLAY_OPACITY = 0.55
 
 
@@ -52,6 +55,11 @@ class ReviewPart:
         self._flicker = qt.QTimer()
         self._flicker.interval = FLICKER_MS
         self._flicker.connect("timeout()", self.pictures.flicker)
+        self._aimed_at: list[tuple[int, int] | None] = []
+        self._resized = qt.QTimer()
+        self._resized.setSingleShot(True)
+        self._resized.interval = RESIZED_MS
+        self._resized.connect("timeout()", self._aim_again)
         ui.showBefore.checked = True
         ui.layoutButton.connect("clicked()", self.show_layout)
         ui.loadResultButton.connect("clicked()", self._ask_result)
@@ -134,12 +142,19 @@ class ReviewPart:
             self._ui.reviewState.text = _("There is no window with views.")
         self.pictures.draw_carms()
         self.pictures.aim()
+        self._aimed_at = self.pictures.view_sizes()
+        self._resized.start()
         if self._parameters is not None:
             layouts.show_plot(self._parameters.outputPlot)
         self._show_slices()
         self._run_flicker()
         if not self._after:
             self._render_before()
+
+    def _aim_again(self) -> None:
+        """Once the views have their final size, unless the panel was left meanwhile."""
+        if self._parameters is not None and layouts.shown() and self.pictures.view_sizes() != self._aimed_at:
+            self.pictures.aim()
 
     def set_after(self, after: bool) -> None:
         """Show the posture of the X-rays, or that of the CT."""
@@ -208,8 +223,8 @@ class ReviewPart:
             ).format(path=path, reason=error.strerror)
 
     def close(self) -> None:
-        """Stop the flicker and take the pictures out of the scene."""
-        self._flicker.stop()
+        """Stop the timers and take the pictures out of the scene."""
+        self.pause()
         self._shown = None
         self._report_png = None
         self.pictures.clear()
@@ -217,6 +232,7 @@ class ReviewPart:
     def pause(self) -> None:
         """The module is left: nothing moves any more."""
         self._flicker.stop()
+        self._resized.stop()
 
     def _state_text(self, result: bool) -> str:
         if not result:

@@ -50,7 +50,8 @@ class XrayDetails:
         for name in ("xrayCamera", "xrayPosition", "xrayMirrored"):
             getattr(ui, name).connect("currentIndexChanged(int)", self._edited)
         ui.xrayFrame.connect("valueChanged(int)", self._edited)
-        ui.xrayTransform.connect("currentNodeChanged(vtkMRMLNode*)", self._edited)
+        # Only a choice of the user's: when a transform is deleted the selector moves on to another one.
+        ui.xrayTransform.connect("nodeActivated(vtkMRMLNode*)", self._edited)
 
     def show(self, source: XraySource | None, report: XrayReport | None) -> None:
         """Show an X-ray, or nothing."""
@@ -109,7 +110,7 @@ class XrayDetails:
         fields = dict(self._source.fields)
         try:
             for name, field in _NUMBERS.items():
-                fields[field] = _number(getattr(ui, name))
+                fields[field] = _number(getattr(ui, name), fields.get(field))
             for pair, field in _PAIRS.items():
                 fields[field] = self._pair(pair, field)
         except ValueError as error:
@@ -135,7 +136,8 @@ class XrayDetails:
 
     def _pair(self, names: tuple[str, str], field: str) -> list[float] | None:
         """Two numbers; where only one was typed, the other is the same (spacing) or as found (point)."""
-        values = [_number(getattr(self._ui, name)) for name in names]
+        shown = self._source.fields.get(field) or (None, None)
+        values = [_number(getattr(self._ui, name), was) for name, was in zip(names, shown, strict=True)]
         if values == [None, None]:
             return None
         given = next(value for value in values if value is not None)
@@ -160,11 +162,16 @@ def _text(value: float | None) -> str:
     return "" if value is None else f"{float(value):.6g}"
 
 
-def _number(edit: Any) -> float | None:
-    """The number in a line, None when it is empty; raises ValueError with a sentence."""
+def _number(edit: Any, shown: float | None) -> float | None:
+    """The number in a line, None when it is empty; raises ValueError with a sentence.
+
+    shown: the number that the line was filled with, which has more digits than the line; an untouched line means it.
+    """
     text = edit.text.strip().replace(",", ".")
     if not text:
         return None
+    if shown is not None and text == _text(shown):
+        return shown
     try:
         return float(text)
     except ValueError:

@@ -79,6 +79,10 @@ class Pictures:
         for number, picture in enumerate(self.items):
             xray_views.aim_view(number, picture, self.from_detector)
 
+    def view_sizes(self) -> list[tuple[int, int] | None]:
+        """Pixels across and down of each picture's view in the layout; None where it has none."""
+        return [xray_views.view_size(number) for number in range(len(self.items))]
+
     def flicker(self) -> None:
         """Swap X-ray and rendering in the views that flicker."""
         self._phase = not self._phase

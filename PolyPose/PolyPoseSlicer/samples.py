@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import time
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -61,8 +62,17 @@ def register() -> None:
         checksums=[CT[2], LABELS[2]],
         loadFiles=[False, False],
         thumbnailFileName=str(_RESOURCES / "Icons" / "PolyPosePelvis.png"),
-        customDownloader=download,
+        customDownloader=download_or_say,
     )
+
+
+def download_or_say(source: Any = None) -> list[slicer.vtkMRMLNode]:
+    """As `download`, for Sample Data's button, which lets an exception go unseen: a window says what went wrong."""
+    try:
+        return download(source)
+    except Exception as error:  # the network, the disk, a checksum: SampleData raises whatever it meets
+        slicer.util.errorDisplay(str(error), detailedText=traceback.format_exc())
+        return []
 
 
 def download(_source: Any = None) -> list[slicer.vtkMRMLNode]:

@@ -28,6 +28,9 @@ POLL_SECONDS = 0.02
 TEMPORARY_PREFIX = "PolyPose-"
 _PREFIX = re.compile(r"^(polypose|error)\s*:\s*", re.IGNORECASE)
 _LOG_LINE = re.compile(r"^(DEBUG|INFO|WARNING|ERROR|CRITICAL): ")
+_LAUNCHER_SAW_CRASH = "exit abnormally"
+"""In the last line of Slicer's launcher, which then ends with the status 1 itself."""
+
 _MISSING_MODULE = re.compile(r"No module named '?([\w.]+)'?")
 
 
@@ -214,12 +217,13 @@ def error_of(status: int | None, log: list[str], what: str = "") -> PolyPoseErro
         return InputError(sentence or _("The {what} refused its input without saying why.").format(what=what))
     if status == CancelledError.exit_status:
         return CancelledError(_("The {what} was interrupted from outside.").format(what=what))
-    if (status is not None and status < 0) or status in (137, 139):
+    end = _end_by_system(status, log)
+    if end:
         return RunError(
             _(
-                "The {what}'s process was ended by the system (signal {number}), most often because memory "
-                "ran out: use the fast preset, or crop the CT."
-            ).format(what=what, number=abs(status) if status < 0 else status - 128)
+                "The {what}'s process was ended by the system ({end}), most often because memory ran out: use "
+                "the fast preset, or crop the CT."
+            ).format(what=what, end=end)
         )
     missing = _MISSING_MODULE.search(log[-1]) if log else None
     if missing:
@@ -233,6 +237,15 @@ def error_of(status: int | None, log: list[str], what: str = "") -> PolyPoseErro
     return RunError(
         _("The {what} ended without a result (exit status {status}).").format(what=what, status=status)
     )
+
+
+def _end_by_system(status: int | None, log: list[str]) -> str:
+    """How the child crashed or was killed, itself or below Slicer's launcher; empty when it was not."""
+    if status is not None and status < 0:
+        return _("signal {number}").format(number=-status)
+    if status in (137, 139):
+        return _("signal {number}").format(number=status - 128)
+    return _("a crash") if status == 1 and _LAUNCHER_SAW_CRASH in "".join(log[-1:]) else ""
 
 
 def child_sentence(log: list[str]) -> str:

@@ -20,6 +20,9 @@ from .pixel_frames import place
 PART_ATTRIBUTE = "PolyPose.View"
 """Attribute of the nodes that are drawn here: the view's number and what the node is."""
 
+_FIRST_GROUP = 6120
+"""View groups below it are left to others; a layout that shows the same slices twice counts from 0."""
+
 _BEAM_COLOR = (0.95, 0.75, 0.2)
 _SOURCE_RADIUS_MM = 12.0
 
@@ -48,6 +51,14 @@ class XrayPicture:
 def view_name(number: int) -> str:
     """The layout name of a view's slice view."""
     return f"PolyPoseXray{number + 1}"
+
+
+def view_group(number: int) -> int:
+    """The view group of a view's slice view: one of its own.
+
+    Slice views of one group follow each other's jumps and links, which would leave the one slice of the picture.
+    """
+    return _FIRST_GROUP + number
 
 
 def part(number: int, kind: str) -> slicer.vtkMRMLNode | None:
@@ -163,10 +174,12 @@ def aim_view(number: int, picture: XrayPicture, from_detector: bool) -> bool:
         return False
     composite = logic.GetSliceCompositeNode()
     composite.SetLinkedControl(False)
+    composite.SetDoPropagateVolumeSelection(False)  # a volume that is loaded later does not take its place
     composite.SetBackgroundVolumeID(image.GetID())
     composite.SetForegroundVolumeID(None)
     composite.SetLabelVolumeID(None)
     node = logic.GetSliceNode()
+    node.SetViewGroup(view_group(number))
     matrix = np.eye(4)
     columns, rows = (picture.plane[:3, axis] / np.linalg.norm(picture.plane[:3, axis]) for axis in (0, 1))
     matrix[:3, 0] = -columns if from_detector else columns
@@ -181,6 +194,12 @@ def aim_view(number: int, picture: XrayPicture, from_detector: bool) -> bool:
     scale = max(extent[0] / max(across, 1), extent[1] / max(down, 1)) * 1.02
     node.SetFieldOfView(scale * across, scale * down, node.GetFieldOfView()[2])
     return True
+
+
+def view_size(number: int) -> tuple[int, int] | None:
+    """Pixels across and down of the view's slice view; None when the layout has none."""
+    logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(view_name(number))
+    return None if logic is None else tuple(logic.GetSliceNode().GetDimensions()[:2])
 
 
 def remove_all() -> None:

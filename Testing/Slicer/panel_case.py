@@ -40,9 +40,15 @@ def module() -> Any:
     return slicer.modules.polypose
 
 
-def emit(signal: Any) -> None:
-    """Emit a signal without arguments, as PythonQt or as PySide does."""
-    (signal.emit if hasattr(signal, "emit") else signal)()
+def emit(signal: Any, *arguments: Any) -> None:
+    """Emit a signal, as PythonQt or as PySide does."""
+    (signal.emit if hasattr(signal, "emit") else signal)(*arguments)
+
+
+def choose_node(selector: Any, node: Any) -> None:
+    """Choose a node, or none, as a user does."""
+    selector.setCurrentNode(node)
+    emit(selector.nodeActivated, selector.currentNode())
 
 
 def type_into(edit: Any, text: str) -> None:

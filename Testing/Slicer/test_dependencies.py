@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
 import types
 import unittest
@@ -15,14 +16,21 @@ REQUIREMENTS = REPOSITORY / "PolyPose" / "Resources" / "requirements.txt"
 
 
 class DependenciesTest(SlicerTestCase):
-    def ensure(self, torch: bool = True, packaging: object = None, utils: object = None) -> mock.Mock:
+    def ensure(
+        self, torch: bool | list[bool] = True, packaging: object = None, utils: object = None
+    ) -> mock.Mock:
+        """torch: whether it is installed, each time it is asked."""
         ensure = packaging or mock.Mock()
         import slicer.packaging
 
         modules = {"PyTorchUtils": utils} if utils is not None else {"PyTorchUtils": None}
         with (
             mock.patch.object(slicer.packaging, "pip_ensure", ensure),
-            mock.patch.object(dependencies, "has_torch", return_value=torch),
+            mock.patch.object(
+                dependencies,
+                "has_torch",
+                side_effect=itertools.cycle([torch]) if isinstance(torch, bool) else torch,
+            ),
             mock.patch.dict(sys.modules, modules),
         ):
             dependencies.ensure_dependencies(REQUIREMENTS)
@@ -62,6 +70,8 @@ class DependenciesTest(SlicerTestCase):
             logic.installTorch.side_effect = RuntimeError("no network")
             with self.assertRaisesRegex(dependencies.DependencyError, "no network"):
                 self.ensure(torch=False, utils=utils)
+            # Installed, but Slicer's own process could not import it: only the child needs it.
+            self.ensure(torch=[False, True], utils=utils)
 
     def test_importing_the_module_imports_no_heavy_package(self) -> None:
         import subprocess

@@ -199,6 +199,14 @@ class FindTest(CamerasCase):
         self.assertEqual(self.ui.xraysTable.item(0, 3).text(), "not ready")
         self.assertIn("3 rows of 4 numbers", self.ui.xrayState.text)
 
+    def test_a_path_may_be_cleared_and_may_have_any_ending(self) -> None:
+        self.choose(Way.CALIBRATION)
+        for path in ("/given/camera.CSV", "/given/rig.dat", ""):
+            self.ui.calibrationFile.currentPath = path
+            self.assertEqual(self.source().fields.get("calibration", ""), path)
+            self.ui.threads.value = 3 - self.ui.threads.value  # everything is shown anew
+            self.assertEqual(self.ui.calibrationFile.currentPath, path)
+
     def test_a_trained_model_is_handed_on_and_only_where_it_is_used(self) -> None:
         self.choose(Way.LEARNED)
         self.assertFalse(self.ui.findCamera.enabled)

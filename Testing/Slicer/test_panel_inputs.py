@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import unittest
+from dataclasses import replace
 from unittest import mock
 from xml.etree import ElementTree
 
 import scenes
 import slicer
-from panel_case import INSIDE_SLICER, PanelCase, type_into
+from panel_case import INSIDE_SLICER, PanelCase, choose_node, type_into
 from PolyPoseSlicer import parameters
 
 # isort: split
@@ -228,9 +229,26 @@ class XraysTest(PanelCase):
         self.add()
         type_into(self.ui.xrayDistance, "1000")
         camera = scenes.add_transform(scenes.rotation((1, 0, 0), 90), "camera")
-        self.ui.xrayTransform.setCurrentNode(camera)
+        choose_node(self.ui.xrayTransform, camera)
         self.assertIs(self.sources()[0].camera_transform, camera)
         self.assertEqual(self.line(0)[1:3], ["transform", "a guess"])
+
+    def test_an_edit_leaves_the_digits_of_other_fields(self) -> None:
+        self.fill()
+        self.ui.xraysTable.selectRow(0)
+        sources = self.sources()
+        exact = {
+            **sources[0].fields,
+            "source_to_detector_mm": 1020.1234567,
+            "pixel_spacing_mm": [0.30000001, 0.3],
+        }
+        parameters.store_xray_sources(
+            self.panel.parameters, [replace(sources[0], fields=exact), *sources[1:]]
+        )
+        type_into(self.ui.xrayName, "another")
+        for field in ("source_to_detector_mm", "pixel_spacing_mm"):
+            self.assertEqual(self.sources()[0].fields[field], exact[field])
+        self.assertIn("extrinsic", self.sources()[0].fields)
 
     def test_typed_angles_take_the_place_of_a_given_camera(self) -> None:
         self.fill()

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import unittest
+from dataclasses import replace
 
 import landmark_case
 import numpy as np
 import slicer
-from panel_case import INSIDE_SLICER, PanelCase, views
+from panel_case import INSIDE_SLICER, PanelCase, choose_node, views
 from PolyPoseSlicer import landmark_lists, parameters, pixel_frames, xray_views
+from PolyPoseSlicer.camera_finding import CameraFinding
 from PolyPoseSlicer.camera_way import Way
 from PolyPoseSlicer.xray_source import XraySource
 
@@ -41,8 +43,8 @@ class LandmarksCase(PanelCase):
         """Both lists, as if they had been picked."""
         points = self.points if points is None else points
         pixels = self.pixels if pixels is None else pixels
-        self.ui.ctLandmarks.setCurrentNode(landmark_case.add_ct_list(points))
-        self.ui.xrayLandmarks.setCurrentNode(landmark_case.add_xray_list(pixels))
+        choose_node(self.ui.ctLandmarks, landmark_case.add_ct_list(points))
+        choose_node(self.ui.xrayLandmarks, landmark_case.add_xray_list(pixels))
         self.settle()
 
     def settle(self) -> None:
@@ -90,6 +92,31 @@ class LiveTest(LandmarksCase):
             self.assertAlmostEqual(float(np.linalg.norm(far)), errors[n], delta=0.06)
         self.settle()
         self.assertGreater(np.abs(self.shown() - before).max(), 1e-3)
+
+    def test_the_point_that_follows_the_mouse_is_no_edit(self) -> None:
+        rng = np.random.default_rng(3)
+        self.give(pixels=rng.permutation(self.pixels) + rng.uniform(-8, 8, (6, 2)))
+        finding = CameraFinding.of(
+            {
+                "extrinsic": self.camera.extrinsic.tolist(), "sure": False, "mirrored": False, "within": [2, 10],
+                "how": "6 of 6 landmarks", "warnings": [], "similarity": None, "runner_up": None,
+            }
+        )  # fmt: skip
+        self.panel.xrays.change({0: replace(self.source(), found=finding)})
+        self.settle()
+        node = self.source().xray_landmarks
+        for column in (10, 12):
+            node.SetNthControlPointPosition(
+                node.AddControlPoint([column, 8, 0]), column, 8, 0, slicer.vtkMRMLMarkupsNode.PositionPreview
+            )
+            self.settle()
+        node.RemoveNthControlPoint(7)
+        node.RemoveNthControlPoint(6)
+        self.settle()
+        self.assertIsNotNone(self.source().found)
+        node.SetNthControlPointPosition(2, 20, 20, 0.0)
+        self.settle()
+        self.assertIsNone(self.source().found)
 
     def test_a_wrong_pair_is_left_out_and_marked(self) -> None:
         wrong = self.pixels.copy()
@@ -157,12 +184,12 @@ class ListsTest(LandmarksCase):
         self.ui.xraysTable.selectRow(1)
         self.choose(Way.LANDMARKS)
         self.assertIsNone(self.ui.xrayLandmarks.currentNode())
-        self.ui.xrayLandmarks.setCurrentNode(node)
+        choose_node(self.ui.xrayLandmarks, node)
         self.assertIn("each X-ray needs its own", self.ui.landmarksText.text)
         self.assertIsNone(self.ui.xrayLandmarks.currentNode())
         self.assertIsNone(self.source(1).xray_landmarks)
         # The CT's list may be shared.
-        self.ui.ctLandmarks.setCurrentNode(self.source().ct_landmarks)
+        choose_node(self.ui.ctLandmarks, self.source().ct_landmarks)
         self.assertIs(self.source(1).ct_landmarks, self.source().ct_landmarks)
         self.assertIn("Only in the CT", self._text_after_solving())
 
@@ -182,6 +209,18 @@ class ListsTest(LandmarksCase):
         self.settle()
         self.assertEqual(pixel_frames.all_frames(), [])
         self.assertIsNone(self.panel.landmarks._projected)
+
+    def test_a_deleted_list_is_not_replaced_by_another_that_the_selector_moves_on_to(self) -> None:
+        self.give()
+        other = landmark_case.add_ct_list(self.points + 1)
+        self.ui.xraysTable.selectRow(1)
+        self.choose(Way.LANDMARKS)
+        choose_node(self.ui.ctLandmarks, other)
+        slicer.mrmlScene.RemoveNode(other)
+        self.settle()
+        self.assertIsNone(self.source(1).ct_landmarks)
+        self.assertIsNone(self.ui.ctLandmarks.currentNode())
+        self.assertIsNotNone(self.source(0).ct_landmarks)
 
     def test_a_removed_xray_leaves_its_points_where_they_are(self) -> None:
         self.give()

@@ -8,7 +8,7 @@ import children
 import scenes
 import slicer
 from panel_case import INSIDE_SLICER, PanelCase, child_processes
-from PolyPoseSlicer import registration, xray_views
+from PolyPoseSlicer import parameters, registration, xray_views
 from PolyPoseSlicer.result_origin import remember_segments
 
 
@@ -68,6 +68,18 @@ class LifeTest(PanelCase):
         self.assertEqual(self.ui.structuresTable.rowCount, 0)
         self.assertIn("CT", self.ui.registerButton.text)
         self.fill()
+        self.assertEqual(self.ui.registerButton.text, "Register")
+
+    def test_a_scene_that_is_added_leaves_what_was_chosen(self) -> None:
+        self.fill()
+        scene, before = slicer.mrmlScene, parameters.xray_sources(self.panel.parameters)
+        scene.StartState(scene.ImportState)
+        scene.AddNewNodeByClass("vtkMRMLScalarVolumeNode", "another")
+        scene.EndState(scene.ImportState)
+        self.assertIs(self.ui.ctSelector.currentNode(), self.ct)
+        self.assertIs(self.panel.parameters.ct, self.ct)
+        self.assertIs(self.panel.parameters.segmentation, self.segmentation)
+        self.assertEqual(parameters.xray_sources(self.panel.parameters), before)
         self.assertEqual(self.ui.registerButton.text, "Register")
 
     def test_unloading_ends_everything(self) -> None:

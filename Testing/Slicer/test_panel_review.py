@@ -87,6 +87,23 @@ class ReviewTest(PanelCase):
         self.ui.layoutButton.click()
         self.assertEqual(len(self.pictures.items), 2)
 
+    def test_an_xray_view_follows_no_other_view_and_keeps_its_picture(self) -> None:
+        groups = []
+        for number in range(2):
+            logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(xray_views.view_name(number))
+            groups.append(logic.GetSliceNode().GetViewGroup())
+            before = [logic.GetSliceNode().GetSliceToRAS().GetElement(row, 3) for row in range(3)]
+            slicer.vtkMRMLSliceNode.JumpAllSlices(
+                slicer.mrmlScene, 10, 20, 30, slicer.vtkMRMLSliceNode.OffsetJumpSlice, 0
+            )
+            after = [logic.GetSliceNode().GetSliceToRAS().GetElement(row, 3) for row in range(3)]
+            self.assertEqual(after, before)
+            slicer.app.applicationLogic().GetSelectionNode().SetActiveVolumeID(self.ct.GetID())
+            slicer.app.applicationLogic().PropagateVolumeSelection()
+            image = xray_views.part(number, "image")
+            self.assertEqual(logic.GetSliceCompositeNode().GetBackgroundVolumeID(), image.GetID())
+        self.assertEqual(len({0, *groups}), 3)
+
     def test_a_picture_lies_where_the_camera_projects_it(self) -> None:
         picture = self.pictures.items[0]
         matrix = vtk.vtkMatrix4x4()

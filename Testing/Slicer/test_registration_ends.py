@@ -43,6 +43,11 @@ class FailureTest(RegistrationCase):
     def test_a_killed_child_is_explained(self) -> None:
         self.fails("os.kill(os.getpid(), signal.SIGKILL)", registration.RunError, r"signal 9\)")
 
+    def test_a_crash_below_slicers_launcher_is_explained(self) -> None:
+        line = "error: [/opt/Slicer/bin/python-real] exit abnormally - Report the problem."
+        body = f"print({line!r}, file=sys.stderr)\nsys.exit(1)"
+        self.fails(body, registration.RunError, r"ended by the system \(a crash\).*memory")
+
     def test_rubbish_and_then_a_result(self) -> None:
         folder = scenes.save_result(self.folder / "given")
         body = children.RUBBISH + f"import shutil\nshutil.copytree({str(folder)!r}, output)\n"

@@ -158,6 +158,15 @@ class SampleTest(StudyCase):
             samples.simulate("/no-such-ct.nii.gz", "/no-labels.nii.gz", self.folder / "case")
         self.assertEqual([each.name for each in self.folder.iterdir()], [])
 
+    def test_the_button_says_what_went_wrong(self) -> None:
+        with (
+            mock.patch.object(samples, "download", side_effect=ValueError("checksum is wrong")),
+            mock.patch.object(slicer.util, "errorDisplay") as said,
+        ):
+            self.assertEqual(samples.download_or_say(), [])
+        self.assertEqual(said.call_args.args, ("checksum is wrong",))
+        self.assertIn("ValueError", said.call_args.kwargs["detailedText"])
+
     def test_the_sample_itself_when_it_was_fetched_before(self) -> None:
         from PolyPoseLib.sample import cached_sample
 

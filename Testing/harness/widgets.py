@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import types
 from typing import Any, ClassVar
@@ -85,11 +86,13 @@ class qMRMLNodeComboBox(StandIn):
     currentNodeChangedBool = Signal(bool)
     currentNodeIDChanged = Signal(str)
     nodeAddedByUser = Signal(object)
+    nodeActivated = Signal(object)
     signatures: ClassVar = {
         "currentNodeChanged(vtkMRMLNode*)": "currentNodeChanged",
         "currentNodeChanged(bool)": "currentNodeChangedBool",
         "currentNodeIDChanged(QString)": "currentNodeIDChanged",
         "nodeAddedByUser(vtkMRMLNode*)": "nodeAddedByUser",
+        "nodeActivated(vtkMRMLNode*)": "nodeActivated",
     }
     nodeTypes = stored("QStringList", "nodeTypes", [])
     noneEnabled = stored(bool, "noneEnabled", False)
@@ -110,7 +113,7 @@ class qMRMLNodeComboBox(StandIn):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(box)
         set_private(self, _box=box, _scene=None, _id="", _tags=[])
-        box.activated.connect(lambda index: self.setCurrentNodeID(box.itemData(index) or ""))
+        box.activated.connect(lambda index: self._activated(index))
 
     def property_changed(self, name: str) -> None:
         """Other nodes may fit now."""
@@ -131,10 +134,12 @@ class qMRMLNodeComboBox(StandIn):
                 slicer.vtkMRMLScene.NodeAddedEvent,
                 slicer.vtkMRMLScene.NodeRemovedEvent,
                 slicer.vtkMRMLScene.EndCloseEvent,
-                slicer.vtkMRMLScene.EndImportEvent,
                 slicer.vtkMRMLScene.EndBatchProcessEvent,
             ):
                 self._tags.append(scene.AddObserver(event, lambda *_: self.refresh()))
+            self._tags.append(
+                scene.AddObserver(slicer.vtkMRMLScene.EndImportEvent, lambda *_: self._imported())
+            )
         self.refresh()
 
     def _stop_observing(self) -> None:
@@ -156,8 +161,19 @@ class qMRMLNodeComboBox(StandIn):
             for kind in self.nodeTypes
         )
 
+    def _imported(self) -> None:
+        """An import empties the model, and with it the selection, before it is filled anew."""
+        if "_box" in self.__dict__ and shiboken6.isValid(self) and shiboken6.isValid(self._box):
+            self._select("")
+        self.refresh()
+
+    def _activated(self, index: int) -> None:
+        """The user chose an item."""
+        self.setCurrentNodeID(self._box.itemData(index) or "")
+        self.nodeActivated.emit(self.currentNode())
+
     def refresh(self) -> None:
-        """Read the scene again."""
+        """Read the scene again; where the selected node has gone, the entry before it is selected."""
         if "_box" not in self.__dict__:
             return
         if not shiboken6.isValid(self) or not shiboken6.isValid(self._box):
@@ -165,13 +181,17 @@ class qMRMLNodeComboBox(StandIn):
             return
         nodes = self._nodes()
         identifiers = [node.GetID() for node in nodes]
+        before = (
+            [self._box.itemData(n) for n in range(max(0, self._box.findData(self._id)))] if self._id else []
+        )
         self._box.clear()
         if self.noneEnabled:
             self._box.addItem(self.noneDisplay, "")
         for node in nodes:
             self._box.addItem(node.GetName(), node.GetID())
         # Without a None entry the first node is selected.
-        fallback = "" if self.noneEnabled or not identifiers else identifiers[0]
+        left = [each for each in before if each in identifiers]
+        fallback = left[-1] if left else "" if self.noneEnabled or not identifiers else identifiers[0]
         self._select(self._id if self._id in identifiers else fallback)
 
     def _select(self, identifier: str) -> None:
@@ -309,33 +329,48 @@ class ctkDoubleSpinBox(ctkSliderWidget):
 
 
 class ctkPathLineEdit(StandIn):
-    """A path with a button to browse."""
+    """A path with a button to browse.
+
+    As in CTK its signal keeps silent about an empty path, and about one whose ending no name filter has.
+    """
 
     Dirs, Files, Readable = 1, 2, 16
     currentPathChanged = Signal(str)
     signatures: ClassVar = {"currentPathChanged(QString)": "currentPathChanged"}
-    currentPath = stored(str, "currentPath", "", "currentPathChanged")
     filters = stored(int, "filters", 0)
     nameFilters = stored("QStringList", "nameFilters", [])
     settingKey = stored(str, "settingKey", "")
 
     def __init__(self, parent: QtWidgets.QWidget | None = None) -> None:
         super().__init__(parent)
-        edit, browse = QtWidgets.QLineEdit(), QtWidgets.QToolButton()
+        box, browse = QtWidgets.QComboBox(), QtWidgets.QToolButton()
+        box.setEditable(True)
+        box.setInsertPolicy(QtWidgets.QComboBox.InsertPolicy.NoInsert)
         browse.setText("...")
         layout = QtWidgets.QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(edit, 1)
+        layout.addWidget(box, 1)
         layout.addWidget(browse)
-        set_private(self, _edit=edit)
+        set_private(self, _box=box)
+        box.editTextChanged.connect(lambda path: self._typed(path))
 
-    def property_changed(self, name: str) -> None:
-        """Show the path."""
-        self._edit.setText(self.currentPath)
+    def comboBox(self) -> QtWidgets.QComboBox:
+        """The editable box inside."""
+        return self._box
+
+    def _typed(self, path: str) -> None:
+        endings = [re.escape(each) for each in re.findall(r"\*\.(\w+)", " ".join(self.nameFilters))]
+        if re.fullmatch(rf".*\.({'|'.join(endings)})" if endings else ".+", path):
+            self.currentPathChanged.emit(path)
+
+    def _path(self) -> str:
+        return self._box.currentText
 
     def setCurrentPath(self, path: str) -> None:
         """Set the path."""
-        self.currentPath = path
+        self._box.lineEdit().setText(path)
+
+    currentPath = QtCore.Property(str, _path, setCurrentPath)
 
     def addCurrentPathToHistory(self) -> None:
         """Remember the path in the settings."""
