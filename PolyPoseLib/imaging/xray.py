@@ -100,11 +100,11 @@ class Xray:
             object.__setattr__(self, key, value)
 
     def placed_at(self, isocenter: ArrayLike) -> Xray:
-        """Return the X-ray with a guess from DICOM moved so that this point (3,) LPS mm is at the isocentre.
+        """Return the X-ray with a guess from angles moved so that this point (3,) LPS mm is at the isocentre.
 
-        Other X-rays are returned as they are.
+        Other X-rays, and those whose isocentre was told, are returned as they are.
         """
-        if self.isocenter is None or self.extrinsic is None:
+        if self.isocenter is None or self.extrinsic is None or np.any(self.isocenter):
             return self
         point = tuple(float(part) for part in np.asarray(isocenter, dtype=np.float64))
         return replace(self, extrinsic=with_isocenter(self.extrinsic, self.isocenter, point), isocenter=point)
@@ -119,7 +119,7 @@ def place_isocenter(xrays: Sequence[Xray], isocenter: ArrayLike) -> tuple[Xray, 
         isocenter: (3,) LPS mm, the point at the isocentre in the first view whose guess comes from DICOM.
 
     Returns:
-        The X-rays in their order; those whose camera is given or absent are unchanged.
+        The X-rays in their order; those whose camera is given or absent, or whose isocentre was told, are unchanged.
 
     """
     point = np.asarray(isocenter, dtype=np.float64)

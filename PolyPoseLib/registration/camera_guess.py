@@ -217,7 +217,7 @@ def _around_dicom(
     scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str, fall_back: bool
 ) -> Guess:
     """The best camera within the radius of DICOM's guess; when it is doubtful, perhaps a better one elsewhere."""
-    placed = _on_anchor(xray, scene)
+    placed = xray.placed_at(scene.anchor_centre)
     start = Camera(xray.intrinsics, placed.extrinsic, *xray.image.shape)
     radius = xray.initial_radius or GIVEN_RADIUS
     searched = SearchRange.around_camera(start, scene.anchor_centre, radius, xray.source_to_detector_mm)
@@ -228,13 +228,6 @@ def _around_dicom(
         if not found or (elsewhere.similarity or 0.0) > found[0].similarity:
             return elsewhere
     return judged_guess(found, "searched around the guess from DICOM", xray.name)
-
-
-def _on_anchor(xray: Xray, scene: Scene) -> Xray:
-    """The X-ray with a guess whose isocentre nobody told placed on the anchor."""
-    if xray.isocenter is not None and not np.any(xray.isocenter):
-        return xray.placed_at(scene.anchor_centre)
-    return xray
 
 
 def landmark_doubts(found: PnpSolution) -> list[str]:

@@ -45,8 +45,12 @@ def minimise(
     their texture is fine, the normal equations are far too steep and propose small steps.
 
     before_step: called with the state, the iteration and the cost before every step; it may refresh the views
-    (weights, static images) in place, and raise to cancel.
+    (weights, static images) in place, and raise to cancel. A problem without unknowns is only evaluated.
     """
+    if problem.size == 0:
+        if before_step is not None:
+            before_step(state, 0, np.inf)
+        return Solution(state, problem.cost(state), 1, ())
     damping = options.damping
     evaluations = 0
     costs: list[float] = []

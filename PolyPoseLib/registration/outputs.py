@@ -85,10 +85,11 @@ def _transform_grid(ct: Volume, spacing_mm: float) -> tuple[np.ndarray, tuple[in
     """Affine and shape (k, j, i) of the transform's grid, and whether its nodes lie on the CT's voxels.
 
     They do when the voxels are about as large as asked for: warping the CT then needs no interpolation of the
-    transform.
+    transform. A grid of TRANSFORM_MM or coarser may be replaced by voxels up to COARSEST_MM, a finer one was asked for.
     """
     spacing = ct.spacing
-    if (spacing >= 0.8 * spacing_mm).all() and (spacing <= COARSEST_MM).all():
+    coarsest = COARSEST_MM if spacing_mm >= TRANSFORM_MM else 1.25 * spacing_mm
+    if (spacing >= 0.8 * spacing_mm).all() and (spacing <= coarsest).all():
         pad = np.ceil(MARGIN_MM / spacing).astype(int)
         affine = ct.affine.copy()
         affine[:3, 3] -= affine[:3, :3] @ pad

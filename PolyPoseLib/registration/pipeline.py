@@ -27,7 +27,7 @@ from PolyPoseLib.rendering.backend import Backend, select_backend
 from PolyPoseLib.result import CameraResult, Result, StructureResult
 from PolyPoseLib.study import Study
 from PolyPoseLib.versions import installed_versions
-from PolyPoseLib.warp.field import DisplacementField
+from PolyPoseLib.warp.field import TRANSFORM_ENDINGS, DisplacementField
 from PolyPoseLib.whole_file import replaced_whole
 
 
@@ -54,6 +54,7 @@ def register(
     device = resolve_device(options.device)
     backend = select_backend(options.kernel, device, options.threads)
     preset = PRESETS[options.preset]
+    preview = _preview_writer(Path(options.preview)) if options.preview else None
     monitor.step("preparing", 0, 1, None)
     with monitor.timed("preparing"):
         scene = Scene(study.ct, study.structures, study.anchor)
@@ -63,7 +64,7 @@ def register(
     with monitor.timed("judging"):
         before = judge(scene, soft, found.initial, rest, backend)
     with monitor.timed("bones"):
-        joint = _fit_bones(study, scene, soft, found, rest, options, preset, backend, monitor)
+        joint = _fit_bones(study, scene, soft, found, rest, options, preset, backend, monitor, preview)
     measured = [m.with_camera(c) for m, c in zip(found.refined, joint.cameras, strict=True)]
     with monitor.timed("judging"):
         after = judge(scene, soft, measured, joint.poses, backend)
@@ -119,8 +120,8 @@ def _fit_bones(
     preset: Preset,
     backend: Backend,
     monitor: Monitor,
+    preview: Callable[[DisplacementField], str | None] | None,
 ) -> JointResult:
-    preview = _preview_writer(Path(options.preview)) if options.preview else None
     if options.preset == "paper":
         optimizer = options.optimizer or "adam"
         return fit_structures_by_gmncc(
@@ -137,7 +138,14 @@ def _doubts(joint: JointResult, disbelieved: Sequence[int]) -> dict[int, PoseUnc
 
 
 def _preview_writer(path: Path) -> Callable[[DisplacementField], str | None]:
-    """Replace the preview file as a whole, so that a reader never sees half of it."""
+    """Replaces the preview file as a whole, so that a reader never sees half of it.
+
+    Raises InputError, before anything is computed, when no transform can be written there.
+    """
+    if path.suffix.lower() not in TRANSFORM_ENDINGS or not path.parent.is_dir():
+        raise InputError(
+            f'Option "preview" is "{path}": name a file that ends in .h5, in a folder that exists.'
+        )
 
     def write(field: DisplacementField) -> str | None:
         with replaced_whole(path) as temporary:

@@ -18,6 +18,9 @@ from PolyPoseLib.rendering.backend import Backend
 JUDGED_AT = Level(3.0, 20.0, 0)
 """Resolution at which renderings are judged: coarse enough that noise does not decide."""
 
+MARGIN = 0.01
+"""Fall of the mean similarity that speaks against a result: noise alone lets a patient at rest lose less."""
+
 LEAST_SIMILARITY = 0.5
 """Local correlation around the bones below which a view is not explained."""
 
@@ -74,7 +77,7 @@ def reasons_for_distrust(
                 f'The rendering explains X-ray "{name}" badly (local correlation {after.similarities[n]:.2f}, at least '
                 f"{LEAST_SIMILARITY:g} is expected): check its initial camera, distances and pixel spacing."
             )
-    if np.mean(after.similarities) < np.mean(before.similarities):
+    if np.mean(after.similarities) < np.mean(before.similarities) - MARGIN:
         reasons.append(
             f"The similarity did not rise ({np.mean(before.similarities):.3f} before, "
             f"{np.mean(after.similarities):.3f} after): check the initial cameras."

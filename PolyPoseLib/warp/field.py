@@ -13,6 +13,9 @@ from PolyPoseLib.errors import InputError
 if TYPE_CHECKING:
     import SimpleITK as sitk
 
+TRANSFORM_ENDINGS = (".h5", ".hdf5")
+"""Of the names of transform files."""
+
 POINTS_PER_CHUNK = 1 << 17
 """Points that are interpolated at once; bounds the temporary memory to about 20 MiB."""
 
@@ -95,7 +98,7 @@ class DisplacementField:
         import SimpleITK as sitk
 
         path = Path(path)
-        if path.suffix.lower() not in (".h5", ".hdf5"):
+        if path.suffix.lower() not in TRANSFORM_ENDINGS:
             raise InputError(f"{path}: a displacement field is stored as HDF5; let the name end in .h5.")
         try:
             sitk.WriteTransform(self.to_sitk_transform(), str(path))

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from phantom_study import case, study
 
-from PolyPoseLib.errors import CancelledError
+from PolyPoseLib.errors import CancelledError, InputError
 from PolyPoseLib.evaluation.score import score_result
 from PolyPoseLib.evaluation.truth import Truth
+from PolyPoseLib.imaging.structures import Structures
 from PolyPoseLib.registration.pipeline import register
 from PolyPoseLib.result import Result
 
@@ -94,3 +95,33 @@ def test_wrong_x_rays_are_not_trusted(simulated) -> None:
     ]
     wrong = given.__class__(given.ct, given.structures, given.anchor, tuple(noise), given.options)
     assert register(wrong).distrust
+
+
+def test_x_rays_that_show_the_anchor_alone_leave_wide_intervals(simulated) -> None:
+    given = study(simulated, {"preset": "fast"}, camera="known")
+    bare = [
+        x.__class__(
+            **{**x.__dict__, "intrinsics": x.intrinsics + np.array([[0, 0, 500.0], [0, 0, 0], [0, 0, 0]])}
+        )
+        for x in given.xrays[:1]
+    ]
+    aside = given.__class__(given.ct, given.structures, given.anchor, (*bare, given.xrays[1]), given.options)
+    result = register(aside)
+    for name in ("femur_left", "vertebra_L5"):
+        assert np.isfinite(result.structures[name].uncertainty["along_mm"])
+    assert result.distrust  # the anchor is out of the first X-ray
+
+
+def test_the_anchor_alone_with_known_cameras_is_a_study_too(simulated) -> None:
+    given = study(simulated, {"preset": "fast"}, camera="known")
+    pelvis = Structures(("pelvis",), np.where(given.structures.labels == 1, 1, 0).astype(np.int16))
+    result = register(given.__class__(given.ct, pelvis, "pelvis", given.xrays, given.options))
+    np.testing.assert_array_equal(result.structures["pelvis"].fixed_to_moving, np.eye(4))
+
+
+@pytest.mark.parametrize("name", ["preview.txt", "nowhere/preview.h5"])
+def test_a_preview_that_cannot_be_written_is_refused_at_once(simulated, tmp_path, name: str) -> None:
+    steps = []
+    with pytest.raises(InputError, match=r"ends in \.h5, in a folder that exists"):
+        register(study(simulated, {"preview": str(tmp_path / name)}), progress=steps.append)
+    assert not steps
