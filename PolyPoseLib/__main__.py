@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import errno
+import io
 import os
 import signal
 import sys
@@ -11,7 +13,7 @@ import traceback
 from collections.abc import Sequence
 
 from PolyPoseLib import __version__
-from PolyPoseLib.errors import PolyPoseError
+from PolyPoseLib.errors import InputError, PolyPoseError
 
 INTERRUPTED = 130
 FAILED = 1
@@ -43,6 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     from PolyPoseLib.commands._console import start_logging
 
     start_logging(arguments.quiet)
+    _print_any_text()
     _interrupt_on_termination()
     try:
         return arguments.run(arguments)
@@ -57,9 +60,35 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return INTERRUPTED
+    except OSError as error:
+        message = _refused_by_the_system(error)
+        if message is None:
+            return _fail(_fault(error), FAILED, arguments.debug)
+        return _fail(message, InputError.exit_status, arguments.debug)
     except Exception as error:
-        fault = f"an unexpected fault ({type(error).__name__}: {error})"
-        return _fail(f"{fault}; please report it with the output of --debug", FAILED, arguments.debug)
+        return _fail(_fault(error), FAILED, arguments.debug)
+
+
+def _fault(error: Exception) -> str:
+    """What to say of an error that nobody expected."""
+    return (
+        f"an unexpected fault ({type(error).__name__}: {error}); please report it with the output of --debug"
+    )
+
+
+def _refused_by_the_system(error: OSError) -> str | None:
+    """One sentence for a file that the system does not let anyone read or write; None for all other errors.
+
+    It stands here, once, because nearly every look at a path may be refused, even whether it exists.
+    """
+    if error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", None)):
+        return "no space is left on the disk: free some, or choose another place to write to"
+    if error.filename is None:
+        return None
+    reason = error.strerror or type(error).__name__
+    return (
+        f"{error.filename}: the system refuses this file or folder ({reason}): check its name and permissions"
+    )
 
 
 def _fail(message: str, status: int, debug: bool) -> int:
@@ -68,6 +97,12 @@ def _fail(message: str, status: int, debug: bool) -> int:
         traceback.print_exc()
     print(f"polypose: {' '.join(message.split())}", file=sys.stderr, flush=True)
     return status
+
+
+def _print_any_text() -> None:
+    """Let stdout write names that its encoding lacks as escapes: a table must not fail after hours of computation."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def _interrupt_on_termination() -> None:

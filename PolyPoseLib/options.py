@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -21,6 +20,17 @@ CHOICES: dict[str, tuple[str, ...]] = {
 }
 """Allowed values of the options that name something."""
 
+RANGES: dict[str, tuple[float, float]] = {
+    "threads": (1, 1024),
+    "seed": (0, 2**63 - 1),
+    "epsilon": (1e-6, 1e6),
+    "rotation_reach_mm": (0.1, 1e6),
+    "transform_spacing_mm": (0.1, 4),
+}
+"""Least and largest values of the options that are numbers; beyond them sizes and weights leave what computers hold."""
+
+_LONGEST_SHOWN = 40
+
 
 @dataclass(frozen=True)
 class Options:
@@ -28,7 +38,7 @@ class Options:
 
     preset: "default", "fast" (coarser, for a first look) or "paper" (the reference's settings).
     device: "auto" takes a CUDA device when there is one.
-    threads: CPU threads, None for all.
+    threads: CPU threads, at most 1024, None for all.
     seed: of every random choice; the same seed gives the same result on the same device.
     preview: file into which a coarse displacement field is written while the run goes on.
     weights, weight_frame: form of the weight field and the frame in which distances are measured.
@@ -39,7 +49,7 @@ class Options:
     all tissue, as the preset "paper" does.
     refine_cameras: whether cameras that are not known are refined by the anchor.
     uncertainty: whether confidence intervals are computed.
-    transform_spacing_mm: grid of the displacement field, at most 4 mm.
+    transform_spacing_mm: grid of the displacement field, from 0.1 to 4 mm.
     camera_model: file of a trained camera regressor, in the study's folder, for X-rays without a camera.
     composed: whether the warped CT is put together from rigid bones over warped soft tissue, instead of
     warped smoothly throughout; bones that touch in the CT then part without being stretched.
@@ -73,11 +83,6 @@ class Options:
             raise InputError(
                 'Option "rotation_reach_mm" does not go with the preset "paper", whose bones turn all tissue: leave it '
                 "out, or choose another preset."
-            )
-        if self.transform_spacing_mm is not None and self.transform_spacing_mm > 4:
-            raise InputError(
-                f'Option "transform_spacing_mm" is {self.transform_spacing_mm:g}, coarser than the 4 mm that '
-                "a result may have: give 4 or less."
             )
 
     @classmethod
@@ -122,17 +127,29 @@ def _check(name: str, declared: str, value: Any) -> None:
     if name in CHOICES:
         if value not in CHOICES[name]:
             allowed = ", ".join(f'"{choice}"' for choice in CHOICES[name])
-            raise InputError(f'Option "{name}" is {value!r}: give one of {allowed}.')
+            raise InputError(f'Option "{name}" is {_shown(value)}: give one of {allowed}.')
     elif declared.startswith("bool"):
         if not isinstance(value, bool):
-            raise InputError(f'Option "{name}" is {value!r}: give true or false.')
+            raise InputError(f'Option "{name}" is {_shown(value)}: give true or false.')
     elif declared.startswith("int"):
-        least = 1 if name == "threads" else 0
-        if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise InputError(f'Option "{name}" is {value!r}: give a whole number of at least {least}.')
+        _check_range(name, value, (int,), "whole number")
     elif declared.startswith("float"):
-        number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or not math.isfinite(value) or value <= 0:
-            raise InputError(f'Option "{name}" is {value!r}: give a number above 0.')
+        _check_range(name, value, (int, float), "number")
     elif not isinstance(value, str) or not value:
-        raise InputError(f'Option "{name}" is {value!r}: give a text that is not empty.')
+        raise InputError(f'Option "{name}" is {_shown(value)}: give a text that is not empty.')
+
+
+def _check_range(name: str, value: Any, types: tuple[type, ...], what: str) -> None:
+    """Check the type and size of a number; integers of any length are compared as they are, NaN is in no range."""
+    least, largest = RANGES[name]
+    if isinstance(value, bool) or not isinstance(value, types) or not least <= value <= largest:
+        raise InputError(f'Option "{name}" is {_shown(value)}: give a {what} from {least:g} to {largest:g}.')
+
+
+def _shown(value: Any) -> str:
+    """A value as Python writes it, cut where it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python writes no integers of thousands of digits
+        return "a number of thousands of digits"
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."

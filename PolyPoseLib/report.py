@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from PolyPoseLib.errors import InputError
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
 
     from PolyPoseLib.result import Result
 
@@ -71,7 +72,29 @@ def draw_report(result: Result) -> Figure:
     _draw_motions(figure.add_subplot(bottom[0, 1]), result)
     for number, (text, colour) in enumerate(reversed(notes)):
         figure.text(0.035, (0.12 + 0.2 * number) / height, text, fontsize=8.5, color=colour, va="bottom")
+    for text in drawn_texts(figure):
+        _take_literally(text)
     return figure
+
+
+def drawn_texts(figure: Figure) -> Iterator[Text]:
+    """Every text of a figure; those in the cells of tables are no children that matplotlib tells of."""
+    from matplotlib.table import Table
+    from matplotlib.text import Text
+
+    yield from figure.findobj(Text)
+    for table in figure.findobj(Table):
+        yield from (cell.get_text() for cell in table.get_celld().values())
+
+
+def _take_literally(text: Text) -> None:
+    """Show a text as it is: names are the user's, and "$" in one begins no formula.
+
+    Half of a surrogate pair, which no font has, is shown as "?".
+    """
+    text.set_parse_math(False)
+    text.set_usetex(False)
+    text.set_text(text.get_text().encode("utf-8", "replace").decode("utf-8"))
 
 
 def overlay(xray: np.ndarray, rendering: np.ndarray, mask: np.ndarray | None = None) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
+import logging
 import os
 import re
 import shutil
@@ -16,10 +17,25 @@ from typing import Any
 import numpy as np
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.camera import Camera, require_intrinsics, require_rigid
 from PolyPoseLib.imaging.volume import AIR_HU, Volume, read_volume, write_volume
 from PolyPoseLib.result import CameraResult, Result, StructureResult
 
+_LOG = logging.getLogger(__name__)
+
 VERSION = 1
+
+INTERVALS: dict[str, tuple[int, ...]] = {
+    "level": (),
+    "along_mm": (),
+    "across_mm": (2,),
+    "rotation_about_view_deg": (),
+    "rotation_across_deg": (2,),
+}
+"""Shapes of the 95 % intervals that a structure's uncertainty may state."""
+
+REPORT = "report.png"
+"""The picture; a result may lack it."""
 
 _OURS = re.compile(
     r"^(result\.json|transform\.h5|warped_ct\.nii\.gz|warped_labels\.nii\.gz|report\.png)$|^xray_\d+_drr\.nii\.gz$"
@@ -79,9 +95,9 @@ def whole_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
 def save_result(result: Result, folder: Path, overwrite: bool) -> Path:
     """Write every file of a result; raises InputError and leaves nothing behind when one cannot be
     written.
-    """
-    from PolyPoseLib.report import write_report
 
+    A picture that cannot be drawn is left out with a warning: it is no reason to lose hours of computation.
+    """
     with whole_folder(folder, overwrite) as temporary:
         text = json.dumps(result_fields(result), indent=1, allow_nan=False)
         (temporary / "result.json").write_text(text + "\n", encoding="utf-8")
@@ -92,8 +108,26 @@ def save_result(result: Result, folder: Path, overwrite: bool) -> Path:
             zip(result.renderings_after, result.cameras, strict=True)
         ):
             write_volume(_image_volume(rendering, camera), temporary / f"xray_{number}_drr.nii.gz")
-        write_report(result, temporary / "report.png")
+        _write_picture(result, temporary / REPORT)
     return folder
+
+
+def _write_picture(result: Result, path: Path) -> None:
+    """Draw the report, or log why there is none; raises OSError when the system refuses to write it."""
+    from PolyPoseLib.report import write_report
+
+    try:
+        write_report(result, path)
+    except OSError:
+        raise
+    except InputError as error:
+        reason = str(error)
+    except Exception as error:  # drawing can fail in ways of its own, such as a picture of too many pixels
+        reason = f"The report could not be drawn ({type(error).__name__}: {error})."
+    else:
+        return
+    path.unlink(missing_ok=True)
+    _LOG.warning("%s The result is saved without %s.", " ".join(reason.split())[:400], path.name)
 
 
 def result_fields(result: Result) -> dict[str, Any]:
@@ -152,10 +186,24 @@ def read_result(folder: Path) -> Result:
     if fields.get("version") != VERSION:
         raise InputError(f"{path}: version {fields.get('version')!r} is not {VERSION}: register again.")
     try:
-        structures = {name: _read_structure(each) for name, each in fields["structures"].items()}
-        cameras = [_read_camera(each) for each in fields["cameras"]]
-        rest = {name: fields[name] for name in ("seconds", "device", "versions", "warnings")}
-        history, distrust = fields["similarity"], tuple(fields.get("distrust", ()))
+        structures = {
+            name: _read_structure(each, f'"structures"."{name}"')
+            for name, each in _of_type(fields, "structures", dict).items()
+        }
+        cameras = [
+            _read_camera(each, f'"cameras"[{number}]')
+            for number, each in enumerate(_of_type(fields, "cameras", list))
+        ]
+        rest = {
+            "seconds": {stage: float(each) for stage, each in _of_type(fields, "seconds", dict).items()},
+            "device": _of_type(fields, "device", str),
+            "versions": _of_type(fields, "versions", dict),
+            "warnings": _all_of_type(fields, "warnings", str),
+        }
+        history = _all_of_type(fields, "similarity", dict)
+        distrust = tuple(_all_of_type({"distrust": [], **fields}, "distrust", str))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputError(
             f"{path}: a field is missing or of the wrong kind ({error}): register again."
@@ -176,30 +224,61 @@ def read_result(folder: Path) -> Result:
     )
 
 
-def _read_structure(fields: dict[str, Any]) -> StructureResult:
+def _read_structure(fields: dict[str, Any], where: str) -> StructureResult:
     """One structure of result.json."""
     motion = fields["motion"]
     return StructureResult(
-        _matrix(fields["fixed_to_moving"], (4, 4)),
+        require_rigid(fields["fixed_to_moving"], f'{where}."fixed_to_moving"'),
         float(motion["rotation_deg"]),
         _matrix(motion["translation_mm"], (3,)),
         _matrix(motion["axis"], (3,)),
-        fields.get("uncertainty"),
+        _read_uncertainty(fields.get("uncertainty"), f'{where}."uncertainty"'),
         _matrix(fields["centroid"], (3,)) if "centroid" in fields else None,
     )
 
 
-def _read_camera(fields: dict[str, Any]) -> CameraResult:
+def _read_uncertainty(fields: Any, where: str) -> dict[str, Any] | None:
+    """A structure's intervals as they are stated, once those that people are shown are known to be numbers."""
+    if fields is None:
+        return None
+    if not isinstance(fields, dict):
+        raise InputError(f"{where} is no object of intervals: register again.")
+    for name, shape in INTERVALS.items():
+        if name in fields:
+            _matrix(fields[name], shape)  # null, which stands for a number that is not finite, becomes NaN
+    return fields
+
+
+def _read_camera(fields: dict[str, Any], where: str) -> CameraResult:
     """One camera of result.json."""
     similarity = fields["similarity"]
+    camera = Camera(
+        require_intrinsics(fields["K"], f'{where}."K"'),
+        require_rigid(fields["extrinsic"], f'{where}."extrinsic"'),
+        fields["height"],
+        fields["width"],
+    )
     return CameraResult(
-        _matrix(fields["K"], (3, 3)),
-        _matrix(fields["extrinsic"], (4, 4)),
-        int(fields["height"]),
-        int(fields["width"]),
+        camera.intrinsics,
+        camera.extrinsic,
+        camera.height,
+        camera.width,
         float("nan") if similarity is None else float(similarity),
         str(fields.get("name", "")),
     )
+
+
+def _of_type(fields: dict[str, Any], name: str, kind: type) -> Any:
+    """A field of a type; raises TypeError for another."""
+    if not isinstance(fields[name], kind):
+        raise TypeError(f'"{name}" is {json.dumps(fields[name])[:40]}')
+    return fields[name]
+
+
+def _all_of_type(fields: dict[str, Any], name: str, kind: type) -> list[Any]:
+    """A list whose members are of a type; raises TypeError for others."""
+    values = _of_type(fields, name, list)
+    return [_of_type({name: each}, name, kind) for each in values]
 
 
 def _matrix(value: Any, shape: tuple[int, ...]) -> np.ndarray:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.camera import rigid_inverse
 from PolyPoseLib.imaging.segmentation import Segmentation, read_segmentation
 from PolyPoseLib.imaging.structures import Structures, build_structures
 from PolyPoseLib.imaging.volume import Volume, odd_hounsfield_values, read_ct
@@ -18,6 +19,9 @@ from PolyPoseLib.options import Options
 
 if TYPE_CHECKING:
     from PolyPoseLib.imaging.xray import Xray
+
+RIG_TOLERANCE = (1.0, 2.0)
+"""Degrees and mm by which two known cameras may differ from the relative pose that their rig tells."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -126,10 +130,14 @@ def _with_paths(options: Mapping[str, Any], folder: Path, allow_outside: bool) -
     """Options whose paths were relative to the study's folder."""
     from PolyPoseLib import study_paths
 
-    if options.get("camera_model") is None:
-        return dict(options)
-    path = study_paths.resolve(options["camera_model"], 'options"."camera_model', folder, allow_outside)
-    return {**options, "camera_model": str(path)}
+    options = dict(options)
+    if options.get("camera_model") is not None:
+        path = study_paths.resolve(options["camera_model"], 'options"."camera_model', folder, allow_outside)
+        options["camera_model"] = str(path)
+    if options.get("preview") is not None:
+        path = study_paths.resolve_output(options["preview"], 'options"."preview', folder, allow_outside)
+        options["preview"] = str(path)
+    return options
 
 
 def _read_xray(fields: Mapping[str, Any], where: str) -> Xray:
@@ -156,13 +164,41 @@ def _few_views(xrays: tuple[Xray, ...]) -> tuple[str, ...]:
 
 
 def _require_whole_rigs(xrays: tuple[Xray, ...]) -> None:
-    """A rig has two X-rays at least, and the same way of telling their places."""
-    rigs = [xray.rig.name for xray in xrays if xray.rig is not None]
-    for name in rigs:
-        if rigs.count(name) == 1:
+    """A rig has two X-rays at least, one way of telling their places, and known cameras that fit these."""
+    rigs: dict[str, list[Xray]] = {}
+    for xray in xrays:
+        if xray.rig is not None:
+            rigs.setdefault(xray.rig.name, []).append(xray)
+    for name, members in rigs.items():
+        if len(members) == 1:
             raise InputError(
                 f'The rig "{name}" has one X-ray only: name it in the "rig" of another, or remove it.'
             )
+        first = members[0]
+        other = next((each for each in members if each.rig.frame != first.rig.frame), None)
+        if other is not None:
+            raise InputError(
+                f'The rig "{name}" mixes two worlds: the places of "{first.name}" and "{other.name}" are told by a '
+                "calibration's own world and by the CT's; tell both by calibrations, or both by extrinsics."
+            )
+        known = [each for each in members if each.camera == "known"]
+        for each in known[1:]:
+            _require_same_relative_pose(known[0], each)
+
+
+def _require_same_relative_pose(first: Xray, second: Xray) -> None:
+    """Raise InputError when two known cameras stand otherwise to each other than their rig says."""
+    known = second.extrinsic @ rigid_inverse(first.extrinsic)
+    calibrated = second.rig.extrinsic @ rigid_inverse(first.rig.extrinsic)
+    chord = np.linalg.norm(known[:3, :3] - calibrated[:3, :3]) / np.sqrt(8)  # sin of half the angle
+    turn = 2 * np.degrees(np.arcsin(min(chord, 1.0)))
+    # The second source as the first camera sees it: unlike the translation, it does not grow with the turn.
+    step = np.linalg.norm(rigid_inverse(known)[:3, 3] - rigid_inverse(calibrated)[:3, 3])
+    if turn > RIG_TOLERANCE[0] or step > RIG_TOLERANCE[1]:
+        raise InputError(
+            f'The known cameras of "{first.name}" and "{second.name}" contradict their rig "{first.rig.name}" by '
+            f'{turn:.1f} degrees and {step:.1f} mm: correct their extrinsics, or remove "rig" or "camera": "known".'
+        )
 
 
 def _whole_label_map(segmentation: Segmentation, ct: Volume) -> Volume | None:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.imaging.detached_data import HEADER_ENDINGS, data_place, names_several_files
 
-_DATA_FIELD = re.compile(r"^\s*(?:ElementDataFile\s*=|data ?file\s*:)\s*(.+?)\s*$", re.IGNORECASE)
-
-_DETACHED_HEADERS = (".mhd", ".nhdr", ".mha", ".nrrd")
+_PAIRED = (".hdr", ".hdr.gz", ".img", ".img.gz")
+"""Endings of NIfTI and Analyze pairs."""
 
 
 def resolve(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
@@ -17,6 +16,19 @@ def resolve(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
 
     Links are followed first, so a link that leaves the folder is refused as "../" is. Raises InputError.
     """
+    target = _named(name, field, folder, allow_outside)
+    if not allow_outside:
+        for part, place in _parts(target, field, name):
+            if not _is_inside(place, folder):
+                raise InputError(
+                    f'"{field}" names "{name}", which reads "{part.name}" outside the study\'s folder: '
+                    "move that into the folder, or allow it with --allow-outside."
+                )
+    return target
+
+
+def _named(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
+    """The existing path that a field names, whatever reading it would open besides; raises InputError."""
     if not isinstance(name, str) or not name.strip() or "\0" in name:
         raise InputError(f'"{field}" is {name!r}: give the path of a file, relative to the study\'s folder.')
     path = folder / name
@@ -34,14 +46,30 @@ def resolve(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
         raise InputError(
             f'"{field}" names "{name}", but there is no such file in {folder}: correct the name.'
         )
-    if not allow_outside:
-        for part in _files_behind(target):
-            if not _is_inside(part.resolve(), folder):
-                raise InputError(
-                    f'"{field}" names "{name}", which reads "{part.name}" outside the study\'s folder: '
-                    "move that into the folder, or allow it with --allow-outside."
-                )
     return target
+
+
+def resolve_output(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
+    """The path of a file to write that a field names, in the study's folder; its folder exists. Raises InputError."""
+    if not isinstance(name, str) or not name.strip() or "\0" in name:
+        raise InputError(f'"{field}" is {name!r}: give the path of a file, relative to the study\'s folder.')
+    path = folder / name
+    parent = _named(str(path.parent), field, folder, allow_outside)
+    if path.is_symlink() or path.is_dir():
+        raise InputError(f'"{field}" names "{name}", which is a folder or a link: name a file.')
+    return parent / path.name
+
+
+def _parts(target: Path, field: str, name: str) -> list[tuple[Path, Path]]:
+    """The further files of a field's file, and where each really is; raises InputError that names the field."""
+    try:
+        return [(part, part.resolve()) for part in _files_behind(target)]
+    except InputError as error:
+        raise InputError(f'"{field}": {error}') from None
+    except (OSError, RuntimeError) as error:
+        raise InputError(
+            f'"{field}" names "{name}", which cannot be read or followed: check its links and permissions.'
+        ) from error
 
 
 def _is_inside(target: Path, folder: Path) -> bool:
@@ -50,31 +78,32 @@ def _is_inside(target: Path, folder: Path) -> bool:
 
 
 def _files_behind(path: Path) -> list[Path]:
-    """Further files that reading this one opens: a folder's slices, the data of a detached header."""
+    """Further files that reading this one opens: a folder's slices, the data of a detached header.
+
+    Raises InputError for headers that name a list or a sequence of files, whose members are not followed here.
+    """
     if path.is_dir():
         return [file for file in path.rglob("*") if file.is_symlink()]
     name = path.name.lower()
-    if name.endswith(".hdr"):
-        return [
-            path.with_suffix(ending) for ending in (".img", ".img.gz") if path.with_suffix(ending).exists()
-        ]
-    if name.endswith((".img", ".img.gz")):
-        return [path.parent / (path.name.split(".img")[0] + ".hdr")]
-    return _detached_data(path) if name.endswith(_DETACHED_HEADERS) else []
+    if name.endswith(_PAIRED):
+        return _pair_of(path)
+    if not name.endswith(HEADER_ENDINGS):
+        return []
+    place = data_place(path)
+    if place is None:
+        return []
+    if names_several_files(place):
+        raise InputError(
+            f"{path.name} reads its voxels from a list of files: save it as one file, or allow it with "
+            "--allow-outside."
+        )
+    return [path.parent / place]
 
 
-def _detached_data(header: Path) -> list[Path]:
-    """The data files that a MetaImage or NRRD header names, and those listed below a LIST."""
-    with header.open("rb") as stream:
-        text = stream.read(1 << 20).decode("latin-1").replace("\r\n", "\n")
-    lines = (text.split("\n\n", 1)[0] if text.startswith("NRRD") else text).split("\n")
-    for number, line in enumerate(lines):
-        match = _DATA_FIELD.match(line)
-        if not match or match[1].upper() == "LOCAL":
-            continue
-        value = match[1]
-        if value.upper().startswith("LIST"):
-            return [header.parent / each.strip() for each in lines[number + 1 :] if each.strip()]
-        pattern = re.match(r"^(\S*%\d*d\S*)\s", value + " ")
-        return [header.parent / (pattern[1] if pattern else value)]
-    return []
+def _pair_of(path: Path) -> list[Path]:
+    """Header and voxels of a NIfTI or Analyze pair, whichever of the two the study names, in any spelling."""
+    name = path.name.lower()
+    stem = name.removesuffix(next(ending for ending in _PAIRED if name.endswith(ending)))
+    return [
+        file for file in path.parent.iterdir() if file.name.lower() in {stem + ending for ending in _PAIRED}
+    ]

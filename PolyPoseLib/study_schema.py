@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,9 @@ VERSION = 1
 MAX_BYTES = 16 << 20
 """Larger study files are refused: one of a thousand X-rays has less than a megabyte."""
 
+MAX_DEPTH = 50
+"""Objects and lists that are nested deeper are refused: what is read may be written again, which recursion limits."""
+
 REQUIRED = ("version", "ct", "segmentation", "structures", "anchor", "xrays")
 
 OPTIONAL = ("options", "ct_series", "label_table", "comment")
@@ -24,11 +28,18 @@ MORE_XRAY_FIELDS = ("comment",)
 
 
 def parse(text: str, name: str) -> dict[str, Any]:
-    """The JSON object in a text; raises InputError with line and column, and for fields given twice or
-    NaN.
+    """The JSON object in a text; raises InputError with line and column, and for fields given twice, numbers that are
+    not finite or too long, and objects that are nested too deeply.
     """
     try:
-        parsed = json.loads(text, object_pairs_hook=_unique_fields, parse_constant=_refuse_constant)
+        parsed = json.loads(
+            text,
+            object_pairs_hook=_unique_fields,
+            parse_constant=_refuse_constant,
+            parse_float=_finite_float,
+            parse_int=_short_integer,
+        )
+        _check_depth(parsed)
     except json.JSONDecodeError as error:
         raise InputError(
             f"{name}: not valid JSON at line {error.lineno}, column {error.colno} ({error.msg}): correct it "
@@ -192,6 +203,35 @@ def _unique_fields(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def _refuse_constant(constant: str) -> None:
     """NaN and Infinity are no JSON."""
     raise InputError(f"it holds {constant}, which is no number: give a finite number.")
+
+
+def _finite_float(digits: str) -> float:
+    """A number with a point or an exponent; one that is too large for a float is refused."""
+    value = float(digits)
+    if not math.isfinite(value):
+        raise InputError(f"it holds {digits[:40]}, which is too large: give a finite number.")
+    return value
+
+
+def _short_integer(digits: str) -> int:
+    """A whole number; one that no float can hold is refused, before it reaches anything that computes."""
+    if not math.isfinite(float(digits)):
+        raise InputError(f"it holds a whole number of {len(digits)} digits: give a shorter one.")
+    return int(digits)
+
+
+def _check_depth(parsed: Any) -> None:
+    """Refuse objects and lists within each other beyond MAX_DEPTH."""
+    level = [parsed]
+    for _ in range(MAX_DEPTH):
+        level = [
+            inner
+            for each in level
+            if isinstance(each, (dict, list))
+            for inner in (each.values() if isinstance(each, dict) else each)
+        ]
+    if any(isinstance(each, (dict, list)) for each in level):
+        raise RecursionError
 
 
 def _kind(value: Any) -> str:

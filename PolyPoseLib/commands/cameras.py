@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.commands._arguments import add_options, add_progress, merged_options, new_parser
 from PolyPoseLib.commands._console import progress_display, table
+from PolyPoseLib.commands._destinations import check_json_destinations
 from PolyPoseLib.errors import InputError, UntrustedResultError
 from PolyPoseLib.whole_file import replaced_whole
 
@@ -74,6 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
     if output.resolve().parent != arguments.study.resolve().parent:
         raise InputError(f"{output}: the study's paths start from its folder: choose a file in that folder.")
     fields = study_schema.read(arguments.study)
+    check_json_destinations(arguments.study, fields, output, arguments.report)
     study = Study.load(arguments.study, allow_outside=arguments.allow_outside)
     wanted = [
         n
@@ -87,9 +89,9 @@ def run(arguments: argparse.Namespace) -> int:
     for number, guess in guesses.items():
         if guess.sure or arguments.keep_doubtful:
             _enter(fields["xrays"][number], guess, study.xrays[number].mirrored)
-    write_json(fields, output, "--output")
-    if arguments.report is not None:
+    if arguments.report is not None:  # first: what fails here leaves the study as it was
         write_json(camera_report(study, guesses), arguments.report, "--report")
+    write_json(fields, output, "--output")
     if arguments.progress != "json":
         print(camera_table(study, guesses))
     doubtful = [study.xrays[n].name or str(n + 1) for n, guess in guesses.items() if not guess.sure]
@@ -152,6 +154,7 @@ def write_json(fields: dict[str, Any], path: Path, option: str) -> None:
 
 def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dict[int, Guess]:
     """Guesses for the X-rays ``wanted``, by number."""
+    from PolyPoseLib.imaging.xray import place_isocenter
     from PolyPoseLib.options import Options
     from PolyPoseLib.registration.monitor import Monitor
     from PolyPoseLib.registration.pipeline import resolve_device
@@ -168,10 +171,11 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
     try:
         model = camera_model(study, arguments.model or options.camera_model)
         scene = Scene(study.ct, study.structures, study.anchor)
-        for numbers in grouped_by_rig(study.xrays):
+        xrays = place_isocenter(study.xrays, scene.anchor_centre)
+        for numbers in grouped_by_rig(xrays):
             if not set(numbers) & set(wanted):
                 continue
-            group = [study.xrays[n] for n in numbers]
+            group = [xrays[n] for n in numbers]
             stage = f"camera {group[0].name or numbers[0] + 1}"
             method = _method(group[0], arguments, model is not None)
             found = group_guesses(scene, group, backend, monitor, stage, method, model)

@@ -50,6 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     from PolyPoseLib.commands.evaluate import scores_json
     from PolyPoseLib.commands.register import register_with_progress
     from PolyPoseLib.evaluation.score import score_result
+    from PolyPoseLib.result_files import REPORT
     from PolyPoseLib.sample import fetch_sample
     from PolyPoseLib.study import Study
 
@@ -81,7 +82,9 @@ def run(arguments: argparse.Namespace) -> int:
             end="",
         )
         print(f"; peak memory {memory:.0f} MiB" if memory else "")
-        print(f"picture: {output / 'result' / 'report.png'}")
+        picture = output / "result" / REPORT
+        if picture.is_file():
+            print(f"picture: {picture}")
     if result.distrust:
         raise UntrustedResultError(
             f"The demo's result must not be trusted: {'; '.join(reason.rstrip('.') for reason in result.distrust)}."

@@ -40,7 +40,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Register and save; raises UntrustedResultError after saving when the result must not be trusted."""
-    from PolyPoseLib.result_files import check_destination
+    from PolyPoseLib.result_files import REPORT, check_destination
 
     check_destination(arguments.output, arguments.overwrite)
     study = Study.load(arguments.study, allow_outside=arguments.allow_outside)
@@ -49,7 +49,10 @@ def run(arguments: argparse.Namespace) -> int:
     result.save(arguments.output, overwrite=arguments.overwrite)
     if arguments.progress != "json":
         print(motion_table(result))
-        print(f"\nResult: {arguments.output}\nPicture: {arguments.output / 'report.png'}")
+        print(f"\nResult: {arguments.output}")
+        picture = arguments.output / REPORT
+        if picture.is_file():
+            print(f"Picture: {picture}")
     if result.distrust:
         raise UntrustedResultError(
             f"The result was saved in {arguments.output} but must not be trusted: "

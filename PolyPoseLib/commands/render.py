@@ -10,7 +10,9 @@ ends the process.
 from __future__ import annotations
 
 import argparse
+import io
 import json
+import logging
 import sys
 import threading
 import time
@@ -24,6 +26,8 @@ from PolyPoseLib.whole_file import replaced_whole
 
 if TYPE_CHECKING:
     from PolyPoseLib.rendering.preview import PreviewRenderer
+
+_LOG = logging.getLogger(__name__)
 
 _LARGEST_SIDE = 4096
 
@@ -47,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     from PolyPoseLib.rendering.backend import select_backend
     from PolyPoseLib.rendering.preview import PreviewRenderer
 
-    requests = LatestRequest(sys.stdin)
+    requests = LatestRequest(_lenient(sys.stdin))
     if arguments.threads is not None and arguments.threads < 1:
         raise InputError(f"--threads is {arguments.threads}: give 1 or more.")
     renderer = PreviewRenderer(read_ct(arguments.ct), backend=select_backend(threads=arguments.threads))
@@ -56,6 +60,13 @@ def run(arguments: argparse.Namespace) -> int:
     while (line := requests.take()) is not None:
         _say(answer(renderer, line))
     return 0
+
+
+def _lenient(stream: TextIO) -> TextIO:
+    """The stream as UTF-8 text; bytes that are none make a request wrong, but do not end the reading."""
+    if isinstance(stream, io.TextIOWrapper):
+        stream.reconfigure(encoding="utf-8", errors="replace")
+    return stream
 
 
 class LatestRequest:
@@ -69,14 +80,19 @@ class LatestRequest:
         threading.Thread(target=self._read, args=(stream,), daemon=True).start()
 
     def _read(self, stream: TextIO) -> None:
-        for line in stream:
-            if line.strip():
-                with self._condition:
-                    self._line = line
-                    self._condition.notify()
-        with self._condition:
-            self._ended = True
-            self._condition.notify()
+        """Read to the end; whatever ends it, nobody waits for more."""
+        try:
+            for line in stream:
+                if line.strip():
+                    with self._condition:
+                        self._line = line
+                        self._condition.notify()
+        except (OSError, ValueError) as error:
+            _LOG.warning("Requests cannot be read any further (%s).", error)
+        finally:
+            with self._condition:
+                self._ended = True
+                self._condition.notify()
 
     def take(self) -> str | None:
         """Wait for a line and return the newest; None when no more will come."""
@@ -93,16 +109,26 @@ def answer(renderer: PreviewRenderer, line: str) -> dict[str, Any]:
         request = json.loads(line)
         if not isinstance(request, Mapping):
             raise InputError("A request is a JSON object.")
-        number = request.get("id")
+        number = _identity(request)
         began = time.perf_counter()
         image = renderer.render(_camera(request))
         with replaced_whole(Path(request["output"])) as part:
             image.tofile(part)
     except KeyError as error:
         return {"id": number, "error": f"The request lacks the field {error}."}
-    except (PolyPoseError, OSError, ValueError, TypeError) as error:
-        return {"id": number, "error": str(error)}
+    except RecursionError:
+        return {"id": number, "error": "The request is nested too deeply: flatten it."}
+    except (PolyPoseError, OSError, ValueError, TypeError, ArithmeticError, MemoryError) as error:
+        return {"id": number, "error": str(error) or type(error).__name__}
     return {"id": number, "seconds": round(time.perf_counter() - began, 4)}
+
+
+def _identity(request: Mapping[str, Any]) -> str | int | None:
+    """What the answer is known by; raises InputError for what could not be said again."""
+    number = request.get("id")
+    if number is None or isinstance(number, (str, int)):
+        return number
+    raise InputError('The "id" of a request is a whole number or a text.')
 
 
 def _camera(request: Mapping[str, Any]):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PolyPoseLib.commands._arguments import new_parser
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.options import RANGES
 
 if TYPE_CHECKING:
     from PolyPoseLib.evaluation.simulate import SimulatedCase
@@ -108,6 +110,7 @@ def write_simulation(
     from PolyPoseLib.imaging.label_names import label_table
     from PolyPoseLib.result_files import check_destination, whole_folder
 
+    check_simulation(arguments)
     check_destination(output, overwrite=False)
     groups, anchor, table = read_structures(structures_path)
     case = simulate(ct_path, labels_path, groups, anchor, arguments)
@@ -121,6 +124,20 @@ def write_simulation(
             camera=getattr(arguments, "camera", "initial"),
             source_to_detector_mm=view_distances(arguments)[0],
         )
+
+
+def check_simulation(arguments: argparse.Namespace) -> None:
+    """Check the numbers of a simulation; raises InputError."""
+    if arguments.views < 1 or arguments.pixels < 32:
+        raise InputError("--views must be at least 1 and --pixels at least 32.")
+    least, largest = RANGES["seed"]
+    if not least <= (arguments.seed or 0) <= largest:
+        raise InputError(f"--seed is {arguments.seed}: give a whole number from {least:g} to {largest:g}.")
+    for name in ("arc", "motion_scale", "rotation_error", "translation_error"):
+        if not math.isfinite(getattr(arguments, name)):
+            raise InputError(
+                f"--{name.replace('_', '-')} is {getattr(arguments, name)}: give a finite number."
+            )
 
 
 def simulate(
@@ -138,8 +155,6 @@ def simulate(
     from PolyPoseLib.imaging.structures import build_structures
     from PolyPoseLib.imaging.volume import read_ct
 
-    if arguments.views < 1 or arguments.pixels < 32:
-        raise InputError("--views must be at least 1 and --pixels at least 32.")
     ct = read_ct(ct_path)
     segmentation = read_segmentation(labels_path)
     if segmentation.has_layers:

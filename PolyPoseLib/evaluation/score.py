@@ -13,10 +13,19 @@ from PolyPoseLib.evaluation import metrics
 from PolyPoseLib.evaluation.calibration import interval_ratios
 from PolyPoseLib.evaluation.truth import Truth
 from PolyPoseLib.geometry.camera import Camera, rigid_inverse
+from PolyPoseLib.result_files import INTERVALS
 
 if TYPE_CHECKING:
     from PolyPoseLib.result import CameraResult, Result
     from PolyPoseLib.warp.field import DisplacementField
+
+_UNCERTAINTY: dict[str, tuple[int, ...]] = {
+    **{name: shape for name, shape in INTERVALS.items() if name != "level"},
+    "covariance": (6, 6),
+    "along": (3,),
+    "across": (2, 3),
+}
+"""Shapes of what the intervals are scored by."""
 
 _ANCHOR_POINTS = 2000
 _FIELD_POINTS = 200_000
@@ -85,7 +94,7 @@ def score_result(
         if stated is None:
             continue
         table["structures"][name]["uncertainty"] = dict(stated)
-        if found == name:
+        if found == name and _is_whole(stated, name):
             table["structures"][name]["interval_ratios"] = interval_ratios(
                 truth.fixed_to_moving[name], poses[name], _centroid(truth, name), stated
             )
@@ -96,6 +105,34 @@ def score_result(
     table["warnings"] = list(result.warnings)
     table["distrust"] = list(result.distrust)
     return table
+
+
+def _is_whole(uncertainty: Mapping[str, Any], name: str) -> bool:
+    """Whether every number of a structure's uncertainty is finite; raises InputError when it is no uncertainty at all.
+
+    A result folder has null for numbers that are not finite.
+    """
+    where = f'The uncertainty of "{name}"'
+    directions = uncertainty.get("directions")
+    directions = directions if isinstance(directions, Mapping) else {}
+    parts = {**uncertainty, "along": directions.get("along"), "across": directions.get("across")}
+    finite = True
+    for part, shape in _UNCERTAINTY.items():
+        try:
+            numbers = np.array(parts.get(part), dtype=np.float64)
+        except (TypeError, ValueError, OverflowError):
+            numbers = None
+        if numbers is None or numbers.shape != shape:
+            raise InputError(f'{where} lacks "{part}", or has it in a form of its own: register again.')
+        finite &= bool(np.isfinite(numbers).all())
+        if part in INTERVALS and not (numbers[np.isfinite(numbers)] > 0).all():
+            raise InputError(f'{where} has an interval "{part}" that is not above 0: register again.')
+    if not finite:
+        return False
+    covariance = np.array(uncertainty["covariance"], dtype=np.float64)
+    if not np.linalg.eigvalsh((covariance + covariance.T) / 2)[0] > 0:
+        raise InputError(f"{where} has a covariance that is not positive definite: register again.")
+    return True
 
 
 def score_motion(poses: dict[str, np.ndarray], transform: DisplacementField, truth: Truth) -> dict[str, Any]:

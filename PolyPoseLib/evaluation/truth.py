@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.geometry.camera import Camera, require_rigid
+from PolyPoseLib.geometry.camera import Camera, require_intrinsics, require_rigid
 from PolyPoseLib.imaging.label_names import structure_of
 from PolyPoseLib.imaging.volume import Volume, read_volume, write_volume
 from PolyPoseLib.warp.field import DisplacementField
@@ -134,24 +134,25 @@ class Truth:
                 f"{folder}: there is no {TRUTH_FILE}; give the truth folder that simulate wrote."
             )
         try:
-            fields = json.loads(path.read_text(encoding="utf-8"))
+            fields = _json_object(path)
             if fields["version"] != VERSION:
                 raise InputError(
                     f"{path}: version {fields['version']} is not {VERSION}; simulate the case again."
                 )
             files = {kind: folder / Path(name).name for kind, name in fields["files"].items()}
             poses = {
-                name: require_rigid(pose, f"{path}: structures.{name}")
+                name: require_rigid(_as_floats(pose), f"{path}: structures.{name}")
                 for name, pose in fields["structures"].items()
             }
+            if fields["anchor"] not in list(poses):
+                raise InputError(f'{path}: "anchor" is none of "structures"; simulate the case again.')
             cameras = [
-                Camera(np.array(c["intrinsics"]), np.array(c["extrinsic"]), c["height"], c["width"])
-                for c in fields["cameras"]
+                _read_camera(each, f"{path}: cameras[{n}]") for n, each in enumerate(fields["cameras"])
             ]
             volumes = {
                 kind: read_volume(files[kind]) for kind in ("fixed_ct", "fixed_labels", "moving_labels")
             }
-            return cls(
+            truth = cls(
                 names=tuple(poses),
                 anchor=fields["anchor"],
                 fixed_to_moving=poses,
@@ -170,3 +171,49 @@ class Truth:
             raise InputError(
                 f"{path}: the field {error} is missing or wrong; simulate the case again."
             ) from error
+        truth.require_matching_volumes(str(folder))
+        return truth
+
+    def require_matching_volumes(self, where: str) -> None:
+        """Raise InputError, saying where, unless the volumes share a grid and show every structure."""
+        for name in ("fixed_ct", "fixed_labels", "moving_organs", "fixed_organs"):
+            volume = getattr(self, name)
+            if volume is not None and not volume.same_grid(self.moving_labels):
+                raise InputError(
+                    f'{where}: "{name}" and "moving_labels" differ in grid; simulate the case again.'
+                )
+        shown = np.unique(self.moving_labels.voxels)
+        for number, name in enumerate(self.names, start=1):
+            if number not in shown:
+                raise InputError(
+                    f'{where}: "moving_labels" shows nothing of "{name}"; simulate the case again.'
+                )
+
+
+def _json_object(path: Path) -> dict[str, Any]:
+    """The object in a truth's JSON file, whose statistics may hold NaN; raises InputError or ValueError."""
+    try:
+        fields = json.loads(path.read_text(encoding="utf-8"))
+    except RecursionError:
+        raise InputError(f"{path}: its objects are nested too deeply; simulate the case again.") from None
+    if not isinstance(fields, dict) or not fields.get("structures"):
+        raise InputError(f"{path}: it holds no structures; simulate the case again.")
+    return fields
+
+
+def _read_camera(fields: dict[str, Any], where: str) -> Camera:
+    """One camera of a truth; raises InputError that says where."""
+    intrinsics = require_intrinsics(_as_floats(fields["intrinsics"]), f"{where}.intrinsics")
+    extrinsic = require_rigid(_as_floats(fields["extrinsic"]), f"{where}.extrinsic")
+    try:
+        return Camera(intrinsics, extrinsic, fields["height"], fields["width"])
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
+
+
+def _as_floats(value: Any) -> np.ndarray:
+    """An array of floats; raises ValueError for all else, whole numbers of hundreds of digits included."""
+    try:
+        return np.array(value, dtype=np.float64)
+    except OverflowError as error:
+        raise ValueError(f"with a whole number that is too large ({error})") from error

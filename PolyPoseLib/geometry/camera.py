@@ -8,8 +8,10 @@ A world point X projects to K (R X + t); the source is at -R^T t.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +20,42 @@ from PolyPoseLib.errors import InputError
 
 RIGID_TOLERANCE = 1e-4
 """Largest entry of |R R^T - I| that is taken for rounding (four decimals in a JSON file) and mended."""
+
+
+MAX_TRANSLATION_MM = 1e7
+"""Farther translations are taken for a wrong unit; with much farther ones the arithmetic overflows."""
+
+
+def is_real_number(value: Any) -> bool:
+    """Whether a value is one finite real number that float64 can hold; truth values and texts are none."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
+
+
+def real_array(value: ArrayLike) -> np.ndarray:
+    """A float64 copy of an array or of nested lists of numbers; raises ValueError for anything else inside.
+
+    NumPy by itself takes "3" and true for numbers. Whole numbers beyond float64 become infinite.
+    """
+    array = np.asarray(value) if hasattr(value, "__array__") else np.array(value, dtype=object)
+    if array.dtype.kind in "fiu":
+        return np.array(array, dtype=np.float64)
+    numbers = [_as_float(item) for item in array.ravel().tolist()]
+    return np.array(numbers, dtype=np.float64).reshape(array.shape)
+
+
+def _as_float(value: Any) -> float:
+    """One number of a list; raises ValueError when it is none."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise ValueError("not a number")
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
 
 
 def require_rigid(matrix: ArrayLike, where: str = "extrinsic") -> np.ndarray:
@@ -32,11 +70,12 @@ def require_rigid(matrix: ArrayLike, where: str = "extrinsic") -> np.ndarray:
         (polar decomposition; Higham, "Computing the polar decomposition", SIAM J. Sci. Stat. Comput. 1986).
 
     Raises:
-        InputError: wrong shape, not finite, wrong last row, not orthonormal, or a reflection.
+        InputError: wrong shape, not finite, wrong last row, not orthonormal, a reflection, or farther than
+            MAX_TRANSLATION_MM.
 
     """
     try:
-        rigid = np.array(matrix, dtype=np.float64)
+        rigid = real_array(matrix)
     except (TypeError, ValueError):
         raise InputError(f"{where} is not a table of numbers; give 4 rows of 4 numbers.") from None
     if rigid.shape != (4, 4):
@@ -45,6 +84,10 @@ def require_rigid(matrix: ArrayLike, where: str = "extrinsic") -> np.ndarray:
         raise InputError(f"{where} holds NaN or infinity; give finite numbers.")
     if not np.allclose(rigid[3], (0, 0, 0, 1), rtol=0, atol=1e-9):
         raise InputError(f"{where} has the last row {rigid[3].tolist()}; it must be 0 0 0 1.")
+    if np.abs(rigid[:3, 3]).max() > MAX_TRANSLATION_MM:
+        raise InputError(
+            f"{where} has a translation beyond {MAX_TRANSLATION_MM / 1e6:g} km; give it in millimetres."
+        )
     rotation = rigid[:3, :3]
     deviation = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
     if deviation > RIGID_TOLERANCE:
@@ -93,9 +136,9 @@ def focal_length_px(
 
     """
     rows, columns = _pair(pixel_spacing_mm, "pixel_spacing_mm")
-    if not (np.isfinite(source_to_detector_mm) and source_to_detector_mm > 0):
+    if not (is_real_number(source_to_detector_mm) and source_to_detector_mm > 0):
         raise InputError(
-            f"source_to_detector_mm is {source_to_detector_mm}; give the distance in mm, a number above 0."
+            f"source_to_detector_mm is {_shown(source_to_detector_mm)}; give the distance in mm, a number above 0."
         )
     if not (rows > 0 and columns > 0):
         raise InputError(f"pixel_spacing_mm is [{rows}, {columns}]; give two numbers above 0, in mm.")
@@ -278,7 +321,7 @@ def require_intrinsics(matrix: ArrayLike, where: str = "intrinsics") -> np.ndarr
 
     """
     try:
-        intrinsics = np.array(matrix, dtype=np.float64)
+        intrinsics = real_array(matrix)
     except (TypeError, ValueError):
         raise InputError(f"{where} is not a table of numbers; give 3 rows of 3 numbers.") from None
     if intrinsics.shape != (3, 3) or not np.isfinite(intrinsics).all():
@@ -295,9 +338,18 @@ def require_intrinsics(matrix: ArrayLike, where: str = "intrinsics") -> np.ndarr
 def _pair(value: float | Sequence[float], name: str) -> tuple[float, float]:
     """Two finite floats from one number or a pair."""
     try:
-        pair = np.broadcast_to(np.asarray(value, dtype=np.float64), (2,))
+        pair = np.broadcast_to(real_array(value), (2,))
     except (TypeError, ValueError):
-        raise InputError(f"{name} is {value!r}; give two numbers.") from None
+        raise InputError(f"{name} is {_shown(value)}; give two numbers.") from None
     if not np.isfinite(pair).all():
-        raise InputError(f"{name} is {value!r}; give two finite numbers.")
+        raise InputError(f"{name} is {_shown(value)}; give two finite numbers.")
     return float(pair[0]), float(pair[1])
+
+
+def _shown(value: Any) -> str:
+    """A value as it may appear in a sentence."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python refuses to write whole numbers of thousands of digits
+        return "a number of very many digits"
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -20,13 +20,16 @@ from scipy.linalg import rq
 from scipy.ndimage import map_coordinates
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.geometry.camera import require_intrinsics, require_rigid
+from PolyPoseLib.geometry.camera import real_array, require_intrinsics, require_rigid
 from PolyPoseLib.spelling import unknown_name
 
 JSON_FIELDS = (
     "projection", "intrinsics", "distortion", "rotation", "translation", "image_size", "rows", "unit_mm", "comment",
 )  # fmt: skip
 MAX_BYTES = 1 << 20
+MAX_UNIT_MM = 1e6
+MAX_SIDE_PX = 1 << 16
+"""Rows or columns that no detector has."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,8 +230,7 @@ def _from_mayacam(text: str) -> Calibration:
     )
     size = None
     if "image size" in blocks:
-        width, height = _table(blocks["image size"], 1, 2, '"image size"')[0]
-        size = int(height), int(width)
+        size = _image_size(_table(blocks["image size"], 1, 2, '"image size"')[0][::-1], '"image size"')
     return Calibration(intrinsics, extrinsic, (), size)
 
 
@@ -237,6 +239,12 @@ def _from_json(text: str, height: int | None) -> Calibration:
         fields = json.loads(text)
     except json.JSONDecodeError as error:
         raise InputError(f"not valid JSON at line {error.lineno} ({error.msg}); correct it there.") from error
+    except RecursionError:
+        raise InputError(
+            "the JSON is nested too deeply; give one object, or three rows of numbers."
+        ) from None
+    except ValueError as error:
+        raise InputError("the JSON holds a number of too many digits; correct it.") from error
     if isinstance(fields, list):
         fields = {"projection": fields}
     if not isinstance(fields, Mapping):
@@ -246,16 +254,19 @@ def _from_json(text: str, height: int | None) -> Calibration:
             raise InputError(unknown_name("field", str(field), JSON_FIELDS))
     size = fields.get("image_size")
     if size is not None:
-        size = tuple(int(part) for part in _array(fields, "image_size", (2,)))
+        size = _image_size(_array(fields, "image_size", (2,)), '"image_size"')
         height = size[0]
     up = _rows_upward(fields, height)
     unit = float(_array(fields, "unit_mm", ())) if fields.get("unit_mm") is not None else 1.0
-    if not unit > 0:
-        raise InputError('"unit_mm" must be above 0: the millimetres in one unit of the translation.')
+    if not 0 < unit <= MAX_UNIT_MM:
+        raise InputError(
+            f'"unit_mm" must be above 0 and at most {MAX_UNIT_MM:g}: the millimetres in one unit of the translation.'
+        )
     if "projection" in fields:
         matrix = _array(fields, "projection", (3, 4))
         intrinsics, extrinsic = decompose_projection(rows_downward(matrix, height) if up else matrix)
         extrinsic[:3, 3] *= unit
+        extrinsic = require_rigid(extrinsic, 'its pose in millimetres, by "unit_mm",')
     else:
         if "intrinsics" not in fields:
             raise InputError('give "projection" (3x4) or "intrinsics" (3x3).')
@@ -268,7 +279,7 @@ def _from_json(text: str, height: int | None) -> Calibration:
             extrinsic = _pose(rotation, unit * translation)
     distortion = ()
     if fields.get("distortion") is not None:
-        distortion = tuple(float(part) for part in np.ravel(fields["distortion"]))
+        distortion = tuple(_array(fields, "distortion", None).ravel().tolist())
         distort(np.zeros((1, 2)), distortion)
     return Calibration(intrinsics, extrinsic, distortion, size)
 
@@ -286,15 +297,24 @@ def _rows_upward(fields: Mapping[str, Any], height: int | None) -> bool:
     return rows == "up"
 
 
-def _array(fields: Mapping[str, Any], name: str, shape: tuple[int, ...]) -> np.ndarray:
+def _image_size(size: np.ndarray, name: str) -> tuple[int, int]:
+    """(rows, columns) of an image, whole numbers above 0; raises InputError."""
+    if not all(1 <= part <= MAX_SIDE_PX and part == int(part) for part in size):
+        raise InputError(f"{name} must be two whole numbers of pixels, from 1 to {MAX_SIDE_PX}.")
+    return int(size[0]), int(size[1])
+
+
+def _array(fields: Mapping[str, Any], name: str, shape: tuple[int, ...] | None) -> np.ndarray:
+    """The finite numbers of a field; shape: None for a list of any length, or a row of them. Raises InputError."""
     try:
-        value = np.array(fields[name], dtype=np.float64)
+        value = real_array(fields[name])
     except KeyError:
         raise InputError(f'"{name}" is missing; add it.') from None
     except (TypeError, ValueError):
         raise InputError(f'"{name}" is not made of numbers; correct it.') from None
-    if value.shape != shape or not np.isfinite(value).all():
-        wanted = " x ".join(map(str, shape)) or "one"
+    right = value.size == max(value.shape, default=0) if shape is None else value.shape == shape
+    if not right or not np.isfinite(value).all():
+        wanted = "a list of" if shape is None else " x ".join(map(str, shape)) or "one"
         raise InputError(f'"{name}" must be {wanted} finite numbers.')
     return value
 

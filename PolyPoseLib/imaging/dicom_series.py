@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import warnings
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,6 +13,8 @@ import numpy as np
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.imaging.volume import Volume
+from PolyPoseLib.imaging.xray_dicom import XrayTags, complete_meta, quiet_pydicom
+from PolyPoseLib.imaging.xray_pixels import refuse_short
 
 MAX_FILES = 20_000
 
@@ -23,7 +25,7 @@ UNEVEN_TOLERANCE = 0.1
 """Largest deviation of one slice's distance, as a share of the usual one (at least 0.1 mm, for rounding)."""
 
 _TAGS = [
-    "SOPClassUID", "SeriesInstanceUID", "SeriesNumber", "SeriesDescription", "Modality", "ImageType", "Rows",
+    "SOPClassUID", "SeriesInstanceUID", "SeriesNumber", "Modality", "ImageType", "Rows",
     "Columns", "NumberOfFrames", "PixelSpacing", "ImagePositionPatient", "ImageOrientationPatient",
     "SamplesPerPixel", "TransferSyntaxUID",
 ]  # fmt: skip
@@ -138,7 +140,6 @@ def _check_even(along: np.ndarray, start: float, name: str) -> None:
 def _headers(path: Path) -> list[tuple[Path, Any]]:
     """(file, header) of every DICOM image under a folder, in the order of their names."""
     import pydicom
-    from pydicom.errors import InvalidDicomError
 
     files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
     if len(files) > MAX_FILES:
@@ -149,7 +150,7 @@ def _headers(path: Path) -> list[tuple[Path, Any]]:
     for file in files:
         try:
             header = pydicom.dcmread(file, stop_before_pixels=True, specific_tags=_TAGS)
-        except (InvalidDicomError, OSError, EOFError, ValueError, AttributeError, KeyError, TypeError):
+        except Exception:  # no DICOM, or too damaged to tell; pydicom raises nearly every kind
             continue
         if "Rows" in header and "SeriesInstanceUID" in header:
             headers.append((file, header))
@@ -165,12 +166,12 @@ def _choose_series(
     groups: dict[str, list[tuple[Path, Any]]] = {}
     for file, header in headers:
         if not _is_localizer(header):
-            groups.setdefault(str(header.SeriesInstanceUID), []).append((file, header))
+            groups.setdefault(_text(header, "SeriesInstanceUID"), []).append((file, header))
     if wanted is not None:
         found = [
             files
             for uid, files in groups.items()
-            if uid == str(wanted) or str(files[0][1].get("SeriesNumber", "")) == str(wanted)
+            if uid == str(wanted) or _text(files[0][1], "SeriesNumber") == str(wanted)
         ]
         if len(found) != 1:
             how = "no series has" if not found else f"{len(found)} series have"
@@ -178,9 +179,9 @@ def _choose_series(
                 f'{path}: {how} the number or UID {wanted}: set "ct_series" to one of {_listing(groups)}.'
             )
         return found[0]
-    scans = {uid: files for uid, files in groups.items() if files[0][1].get("Modality", "CT") == "CT"}
+    scans = {uid: files for uid, files in groups.items() if _text(files[0][1], "Modality", "CT") == "CT"}
     if not scans:
-        kinds = ", ".join(sorted({str(header.get("Modality", "unknown")) for _, header in headers}))
+        kinds = ", ".join(sorted({_kind(header) for _, header in headers}))
         raise InputError(f"{path}: there is no CT series here (found: {kinds}): give a folder of CT slices.")
     if len(scans) > 1:
         raise InputError(
@@ -190,25 +191,48 @@ def _choose_series(
 
 
 def _listing(groups: dict[str, list[tuple[Path, Any]]]) -> str:
-    """Number, size and description of each series, or its UID where the number is not its own."""
-    numbers = [str(files[0][1].get("SeriesNumber", "")) for files in groups.values()]
+    """Number, size and UID of each series; its description is free text that may name the patient."""
+    numbers = [_text(files[0][1], "SeriesNumber") for files in groups.values()]
     entries = []
     for (uid, files), number in list(zip(groups.items(), numbers, strict=True))[:12]:
-        header = files[0][1]
-        key = number if number not in ("", "None") and numbers.count(number) == 1 else f'"{uid}"'
-        entries.append(f"{key} ({len(files)} slices, {header.get('SeriesDescription', 'no description')!s})")
+        own = number.isdecimal() and numbers.count(number) == 1
+        entries.append(
+            f'{number} ({len(files)} slices, "{uid}")' if own else f'"{uid}" ({len(files)} slices)'
+        )
     return "; ".join(entries) + ("; ..." if len(groups) > 12 else "")
+
+
+def _text(header: Any, tag: str, absent: str = "") -> str:
+    """An attribute as text; absent where it is missing or unreadable."""
+    value = XrayTags.raw(tag, header)
+    return absent if value is None else str(value).strip()
+
+
+def _kind(header: Any) -> str:
+    """Modality (0008,0060) as it may appear in a sentence."""
+    kind = _text(header, "Modality")
+    return kind if re.fullmatch(r"[A-Z0-9_]{2,16}", kind) else "unknown"
+
+
+def _whole(file: Path, header: Any, tag: str, absent: int | None = None) -> int:
+    """A whole number above 0 from a header; raises InputError when it is missing (unless absent is given) or odd."""
+    text = _text(header, tag, "" if absent is None else str(absent))
+    if not re.fullmatch(r"[0-9]{1,9}", text) or int(text) < 1:
+        raise InputError(
+            f"{file}: the image has no valid {tag}: remove the file, or export the series again."
+        )
+    return int(text)
 
 
 def _is_localizer(header: Any) -> bool:
     """Whether an image is a scout view, by Image Type (0008,0008)."""
-    kind = header.get("ImageType") or []
+    kind = XrayTags.raw("ImageType", header) or []
     return "LOCALIZER" in ([kind] if isinstance(kind, str) else list(kind))
 
 
 def _is_multiframe(chosen: list[tuple[Path, Any]]) -> bool:
     """Whether the series is one file with many frames."""
-    return len(chosen) == 1 and int(chosen[0][1].get("NumberOfFrames") or 1) > 1
+    return len(chosen) == 1 and _whole(*chosen[0], "NumberOfFrames", 1) > 1
 
 
 def _plain_slices(path: Path, chosen: list[tuple[Path, Any]]) -> list[Slice]:
@@ -220,16 +244,16 @@ def _enhanced_slices(file: Path, header: Any) -> list[Slice]:
     """Slices of an Enhanced CT file, from its functional groups (DICOM C.7.6.16)."""
     import pydicom
 
-    whole = pydicom.dcmread(file, stop_before_pixels=True)
-    shared = whole.get("SharedFunctionalGroupsSequence") or [pydicom.Dataset()]
-    frames = whole.get("PerFrameFunctionalGroupsSequence") or []
-    if len(frames) != int(header.NumberOfFrames):
+    whole = _whole_file(file)
+    shared = XrayTags.raw("SharedFunctionalGroupsSequence", whole) or [pydicom.Dataset()]
+    frames = XrayTags.raw("PerFrameFunctionalGroupsSequence", whole) or []
+    if len(frames) != _whole(file, header, "NumberOfFrames"):
         raise InputError(
             f"{file}: the multi-frame image has no position for each frame: export single slices."
         )
     slices = []
     for number, frame in enumerate(frames):
-        place = pydicom.Dataset()
+        place: dict[str, Any] = {}
         for group, tags in (
             ("PlanePositionSequence", ("ImagePositionPatient",)),
             ("PlaneOrientationSequence", ("ImageOrientationPatient",)),
@@ -237,8 +261,9 @@ def _enhanced_slices(file: Path, header: Any) -> list[Slice]:
         ):
             for tag in tags:
                 for source in (frame, shared[0]):
-                    if source.get(group) and tag in source.get(group)[0] and tag not in place:
-                        setattr(place, tag, source.get(group)[0].get(tag))
+                    macro = XrayTags.raw(group, source)
+                    if macro and tag in macro[0]:
+                        place.setdefault(tag, XrayTags.raw(tag, macro[0]))
         slices.append(_slice(file, header, place, number))
     return slices
 
@@ -248,7 +273,7 @@ def _slice(file: Path, header: Any, place: Any, frame: int | None) -> Slice:
     wanted = (("ImagePositionPatient", 3), ("ImageOrientationPatient", 6), ("PixelSpacing", 2))
     numbers = {}
     for tag, length in wanted:
-        value = place.get(tag)
+        value = XrayTags.raw(tag, place)
         try:
             numbers[tag] = np.array([float(each) for each in value], dtype=np.float64)
         except (TypeError, ValueError):
@@ -265,7 +290,7 @@ def _slice(file: Path, header: Any, place: Any, frame: int | None) -> Slice:
             f"{file}: ImageOrientationPatient is not two perpendicular unit vectors: export again."
         )
     axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
-    size = (int(header.Rows), int(header.Columns))
+    size = (_whole(file, header, "Rows"), _whole(file, header, "Columns"))
     return Slice(file, numbers["ImagePositionPatient"], axes, tuple(numbers["PixelSpacing"]), size, frame)
 
 
@@ -281,7 +306,10 @@ def _pixels(path: Path, slices: Sequence[Slice]) -> np.ndarray:
 
     if slices[0].frame is not None:
         return _frame_pixels(slices)
+    for each in slices:
+        _whole_file(each.path)
     reader = sitk.ImageSeriesReader()
+    reader.SetImageIO("GDCMImageIO")
     reader.SetFileNames([str(each.path) for each in slices])
     try:
         image = reader.Execute()
@@ -296,28 +324,52 @@ def _pixels(path: Path, slices: Sequence[Slice]) -> np.ndarray:
     return sitk.GetArrayFromImage(image)
 
 
+def _whole_file(path: Path) -> Any:
+    """The dataset of a file whose pixels are all there; raises InputError otherwise."""
+    import pydicom
+
+    try:
+        whole = pydicom.dcmread(path)
+        complete_meta(whole)
+        missing = "PixelData" not in whole or not whole.PixelData
+    except Exception:
+        raise InputError(
+            f"{path}: the DICOM header does not say how the pixels are stored, or is damaged: export the series "
+            "again."
+        ) from None
+    if missing:
+        raise InputError(f"{path}: the file holds no pixels: export the series again.")
+    refuse_short(whole, str(path))
+    return whole
+
+
 def _frame_pixels(slices: Sequence[Slice]) -> np.ndarray:
     """Voxels of a multi-frame file in the order of its slices."""
     import pydicom
     from pydicom.pixels import apply_rescale
 
-    whole = pydicom.dcmread(slices[0].path)
+    whole = _whole_file(slices[0].path)
     try:
         frames = whole.pixel_array
-    except (AttributeError, NotImplementedError, RuntimeError, ValueError) as error:
+    except Exception as error:
         raise InputError(
             f"{slices[0].path}: the frames cannot be decompressed: install the codecs (pip install "
             "'polypose[codecs]') or export without compression."
         ) from error
-    groups = whole.PerFrameFunctionalGroupsSequence
-    shared = (whole.get("SharedFunctionalGroupsSequence") or [pydicom.Dataset()])[0]
-    voxels = []
-    for each in slices:
-        group = groups[each.frame].get("PixelValueTransformationSequence") or shared.get(
-            "PixelValueTransformationSequence"
-        )
-        voxels.append(apply_rescale(frames[each.frame], group[0] if group else whole))
-    return np.stack(voxels).astype(np.float32)
+    try:
+        groups = whole.PerFrameFunctionalGroupsSequence
+        shared = (whole.get("SharedFunctionalGroupsSequence") or [pydicom.Dataset()])[0]
+        voxels = []
+        for each in slices:
+            group = groups[each.frame].get("PixelValueTransformationSequence") or shared.get(
+                "PixelValueTransformationSequence"
+            )
+            voxels.append(apply_rescale(frames[each.frame], group[0] if group else whole))
+        return np.stack(voxels).astype(np.float32)
+    except Exception as error:  # pydicom raises nearly every kind for values that are none
+        raise InputError(
+            f"{slices[0].path}: the rescale slope or intercept of its frames cannot be read: export the series again."
+        ) from error
 
 
 @contextmanager
@@ -328,8 +380,7 @@ def _quiet() -> Iterator[None]:
     shown = sitk.ProcessObject.GetGlobalWarningDisplay()
     sitk.ProcessObject.SetGlobalWarningDisplay(False)
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with quiet_pydicom():
             yield
     finally:
         sitk.ProcessObject.SetGlobalWarningDisplay(shown)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.camera import is_real_number
 
 FORM = '{"point": [x, y, z], "pixel": [column, row]}'
 
@@ -52,7 +52,6 @@ def parse_landmarks(value: Any, where: str) -> Landmarks | None:
 def _numbers(value: Any, count: int, where: str, meaning: str) -> list[float]:
     """A list of finite numbers."""
     numbers = value if isinstance(value, (list, tuple)) else ()
-    real = [isinstance(n, (int, float)) and not isinstance(n, bool) and math.isfinite(n) for n in numbers]
-    if len(numbers) != count or not all(real):
+    if len(numbers) != count or not all(map(is_real_number, numbers)):
         raise InputError(f"{where} must be {count} finite numbers, {meaning}.")
     return [float(n) for n in numbers]

@@ -12,7 +12,7 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.imaging.volume import Volume, resample_labels_onto
 from PolyPoseLib.spelling import nearest
 
-_SEGMENT_FIELD = re.compile(r"^Segment(\d+)_(ID|Name|LabelValue|Layer)$")
+_SEGMENT_FIELD = re.compile(r"^Segment([0-9]{1,9})_(ID|Name|LabelValue|Layer)$")
 
 _MAX_LABEL = 100_000
 

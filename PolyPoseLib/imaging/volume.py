@@ -22,6 +22,9 @@ WATER_ATTENUATION_PER_MM = 0.02
 MAX_VOXELS = 2_000_000_000
 """Volumes with more voxels than this are refused before they are read."""
 
+SPACING_RANGE_MM = (0.05, 20.0)
+"""Spacings of a CT outside it are taken for a wrong unit."""
+
 GRID_TOLERANCE_MM = 1e-2
 """Two grids are one when no corner differs by more than this."""
 
@@ -156,7 +159,11 @@ def read_volume(path: str | Path, series: str | int | None = None) -> Volume:
     if path.is_dir() or path.suffix.lower() in (".dcm", ".ima"):
         volume = dicom_series.read_dicom_volume(path, series)
     else:
-        volume = Volume.from_sitk(volume_files.read_scalar_image(path))
+        image = volume_files.read_scalar_image(path)
+        try:
+            volume = Volume.from_sitk(image)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
     _check_finite(volume, path)
     return volume
 
@@ -171,7 +178,7 @@ def write_volume(volume: Volume, path: str | Path) -> None:
 def read_ct(path: str | Path, series: str | int | None = None) -> Volume:
     """Read a CT in Hounsfield units as float32; values below air, such as the padding -2048, become air.
 
-    Raises InputError when the values cannot be Hounsfield units.
+    Raises InputError when the values cannot be Hounsfield units or the spacing no CT's.
     """
     volume = read_volume(path, series)
     if min(volume.shape) < 2:
@@ -179,6 +186,7 @@ def read_ct(path: str | Path, series: str | int | None = None) -> Volume:
             f"{path}: the CT has {volume.shape[2]}x{volume.shape[1]}x{volume.shape[0]} voxels, which is one "
             "slice: give the whole stack."
         )
+    _check_spacing(volume, path)
     _check_hounsfield(volume, path)
     voxels = volume.voxels.astype(np.float32)
     np.maximum(voxels, np.float32(AIR_HU), out=voxels)
@@ -226,6 +234,17 @@ def _check_finite(volume: Volume, path: Path) -> None:
         raise InputError(
             f"{path}: {wrong} voxels are NaN or infinite: replace them by -1000 (air) or 0 (no label) and "
             "save again."
+        )
+
+
+def _check_spacing(volume: Volume, path: str | Path) -> None:
+    """Refuse voxels of a size that no CT has."""
+    low, high = SPACING_RANGE_MM
+    if not ((volume.spacing >= low) & (volume.spacing <= high)).all():
+        shown = " x ".join(f"{each:.4g}" for each in volume.spacing)
+        raise InputError(
+            f"{path}: its voxels measure {shown} mm, and a CT's from {low:g} to {high:g} mm: its unit is likely "
+            "wrong (metres or centimetres, say); save it again in millimetres."
         )
 
 

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.imaging.nifti_check import check_nifti
+from PolyPoseLib.imaging.detached_data import HEADER_ENDINGS
+from PolyPoseLib.imaging.nifti_check import check_nifti, check_nifti_grid
+from PolyPoseLib.imaging.toolkit import reader_for
 
 if TYPE_CHECKING:
     import SimpleITK as sitk
@@ -17,13 +19,17 @@ if TYPE_CHECKING:
 ENDINGS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd", ".hdr", ".img", ".img.gz")
 """Endings of the volume files that are read; DICOM is read by dicom_series."""
 
+_NEGATIVE_SPACING = re.compile(
+    rb"^[ \t]*(?:Element(?:Spacing|Size)[ \t]*[=:]|spacings:)(?:[^\n]*[ \t])?-[0-9.]",
+    re.IGNORECASE | re.MULTILINE,
+)
+_HEADER_END = re.compile(rb"\n\r?\n|ElementDataFile")
+
 _SHEAR = re.compile(r"orthonormal|shear|skew", re.IGNORECASE)
 
 
 def read_image(path: str | Path) -> sitk.Image:
     """Read an image of any dimension, scalar or vector; raises InputError naming the file and the mend."""
-    import SimpleITK as sitk
-
     from PolyPoseLib.imaging.volume import MAX_VOXELS
 
     path = Path(path)
@@ -33,8 +39,7 @@ def read_image(path: str | Path) -> sitk.Image:
         raise InputError(
             f"{path}: this kind of file is not read as a volume; give NIfTI, NRRD, MHA or a DICOM folder."
         )
-    reader = sitk.ImageFileReader()
-    reader.SetFileName(str(path))
+    reader = reader_for(path)
     try:
         reader.ReadImageInformation()
         size = reader.GetSize()
@@ -45,9 +50,27 @@ def read_image(path: str | Path) -> sitk.Image:
             )
         if path.name.lower().endswith((".nii", ".nii.gz")):
             check_nifti(path)
+            check_nifti_grid(path)
+        _refuse_negative_spacing(path)
         return reader.Execute()
     except (RuntimeError, MemoryError) as error:
         raise InputError(_read_failure(path, str(error))) from error
+
+
+def _refuse_negative_spacing(path: Path) -> None:
+    """Refuse MetaImage and NRRD files that count an axis backward; raises InputError.
+
+    The toolkit turns the axis round, and whoever wrote the sign may have meant the same or the mirror image.
+    """
+    if not path.name.lower().endswith(HEADER_ENDINGS):
+        return
+    with path.open("rb") as stream:
+        head = _HEADER_END.split(stream.read(1 << 16), maxsplit=1)[0]
+    if _NEGATIVE_SPACING.search(head):
+        raise InputError(
+            f"{path}: its voxel spacing is negative, so left and right are not certain; save it again with spacings "
+            "above 0 and the axes' directions."
+        )
 
 
 def read_scalar_image(path: str | Path) -> sitk.Image:

@@ -174,6 +174,7 @@ def read_xray(
     else:
         tags, pixels = _read_dicom(path, frame, given, notes)
     mask = pixels.mask
+    calibrated.require_size(mask.shape, notes)
     if given.mask is not None:
         mask = mask & xray_values.read_mask(given.mask, folder, mask.shape, notes)
         if not mask.any():

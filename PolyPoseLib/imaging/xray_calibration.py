@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.camera import require_rigid
 from PolyPoseLib.imaging.calibration import read_calibration
 from PolyPoseLib.imaging.xray_fields import XrayFields
 from PolyPoseLib.imaging.xray_notes import Notes
@@ -17,20 +18,44 @@ from PolyPoseLib.imaging.xray_notes import Notes
 class RigPose:
     """Where one camera of a rig stands.
 
-    name: of the rig; extrinsic: (4, 4) from the rig's own world (mm), whatever that is, to this camera.
+    name: of the rig; extrinsic: (4, 4) from the rig's own world (mm), whatever that is, to this camera; frame: which
+    world that is, one of CALIBRATION_FRAMES.  Cameras with different frames are not related.
+
+    Raises InputError when the extrinsic is not rigid and finite.
     """
 
     name: str
     extrinsic: np.ndarray
+    frame: str = "own"
+
+    def __post_init__(self) -> None:
+        """Validate."""
+        where = f'The place in the rig "{self.name}"'
+        object.__setattr__(self, "extrinsic", require_rigid(self.extrinsic, where))
 
 
 @dataclass(frozen=True, eq=False)
 class Calibrated:
-    """fields: an entry with what its calibration adds; distortion: coefficients, or empty; rig: or None."""
+    """An entry with what its calibration adds.
+
+    fields: the entry; distortion: coefficients, or empty; rig: or None; image_size: (rows, columns) that the
+    intrinsics belong to, or None when they are not the calibration's or it does not say.
+    """
 
     fields: XrayFields
     distortion: tuple[float, ...] = ()
     rig: RigPose | None = None
+    image_size: tuple[int, int] | None = None
+
+    def require_size(self, shape: tuple[int, ...], notes: Notes) -> None:
+        """Raise InputError when the X-ray's (rows, columns) are not those that the calibration was made for."""
+        if self.image_size in (None, tuple(shape)):
+            return
+        made, found = (f"{size[0]} rows x {size[1]} columns" for size in (self.image_size, shape))
+        raise InputError(
+            f"{notes.where}: its calibration is for images of {made}, but it has {found}; give the image that was "
+            "calibrated, uncropped and in full resolution, or another calibration."
+        )
 
 
 def with_calibration(given: XrayFields, folder: Path, notes: Notes) -> Calibrated:
@@ -54,7 +79,9 @@ def with_calibration(given: XrayFields, folder: Path, notes: Notes) -> Calibrate
         )
     calibration = read_calibration(path)
     rig = _rig(given, calibration.extrinsic, notes)
+    size = None
     if given.intrinsics is None:
+        size = calibration.image_size
         given = replace(given, intrinsics=calibration.intrinsics)
         notes.say(f"intrinsics from the calibration {path.name}")
     if given.calibration_frame == "ct" and given.extrinsic is None:
@@ -66,8 +93,8 @@ def with_calibration(given: XrayFields, folder: Path, notes: Notes) -> Calibrate
         notes.say(f"extrinsic from the calibration {path.name}, in the CT's frame")
     if any(calibration.distortion):
         notes.say(f"distortion from the calibration {path.name}: undone")
-        return Calibrated(given, calibration.distortion, rig)
-    return Calibrated(given, (), rig)
+        return Calibrated(given, calibration.distortion, rig, size)
+    return Calibrated(given, (), rig, size)
 
 
 def _rig(given: XrayFields, calibrated: np.ndarray | None, notes: Notes) -> RigPose | None:
@@ -82,4 +109,5 @@ def _rig(given: XrayFields, calibrated: np.ndarray | None, notes: Notes) -> RigP
         )
     source = "its extrinsic" if calibrated is None else "its calibration"
     notes.say(f'place in the rig "{given.rig}" from {source}')
-    return RigPose(given.rig, pose)
+    in_ct = calibrated is None or given.calibration_frame == "ct"
+    return RigPose(given.rig, pose, "ct" if in_ct else "own")

@@ -74,7 +74,7 @@ def open_dicom(path: Path, where: str) -> Dataset:
     with quiet_pydicom():
         try:
             dataset = pydicom.dcmread(path, force=True)
-            _complete_meta(dataset)
+            complete_meta(dataset)
             rows, columns = dataset.get("Rows"), dataset.get("Columns")
             modality = str(dataset.get("Modality") or "").strip().upper()
             has_pixels = any(
@@ -109,7 +109,7 @@ def _check_size(rows: Any, columns: Any, where: str) -> None:
         )
 
 
-def _complete_meta(dataset: Dataset) -> None:
+def complete_meta(dataset: Dataset) -> None:
     """Give a file without file meta information the transfer syntax that it was read with."""
     from pydicom.dataset import FileMetaDataset
     from pydicom.uid import ExplicitVRBigEndian, ExplicitVRLittleEndian, ImplicitVRLittleEndian

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.geometry.camera import require_intrinsics, require_rigid
+from PolyPoseLib.geometry.camera import is_real_number, require_intrinsics, require_rigid
 from PolyPoseLib.geometry.carm import PATIENT_POSITIONS
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS
 from PolyPoseLib.imaging.landmarks import Landmarks, parse_landmarks
@@ -53,7 +52,7 @@ class XrayFields:
         calibration_frame: "ct" when its rotation and translation start from the CT's LPS mm, "own" (the default)
             when they start from the calibration's world.
         rig: name of the calibrated rig (a biplane stand, say) that took it; the cameras of one rig keep their relative
-            pose, which their calibrations tell, or else their extrinsics.
+            pose, which their calibrations tell, or else their extrinsics; all of them in the same world.
 
     """
 
@@ -173,7 +172,7 @@ class _Reader:
         value = self.get(key)
         if value is None:
             return None
-        if not _is_number(value) or not bounds[0] <= value <= bounds[1]:
+        if not is_real_number(value) or not bounds[0] <= value <= bounds[1]:
             raise self.fail(key, f"a number from {bounds[0]:g} to {bounds[1]:g} ({unit})")
         return float(value)
 
@@ -182,7 +181,7 @@ class _Reader:
         if value is None:
             return None
         items = list(value) if isinstance(value, list | tuple | np.ndarray) else []
-        if len(items) != count or not all(map(_is_number, items)):
+        if len(items) != count or not all(map(is_real_number, items)):
             raise self.fail(key, f"{count} finite numbers: {meaning}")
         return tuple(float(item) for item in items)
 
@@ -191,7 +190,7 @@ class _Reader:
         value = self.get(key)
         spacing = (
             (float(value),) * 2
-            if _is_number(value)
+            if is_real_number(value)
             else self.numbers(key, 2, "[between rows, between columns], millimetres at the detector")
         )
         low, high = SPACING_RANGE_MM
@@ -205,11 +204,7 @@ class _Reader:
         value = self.get("intrinsics")
         if value is None:
             return None
-        try:
-            return require_intrinsics(np.asarray(value, dtype=np.float64))
-        except (TypeError, ValueError) as error:
-            reason = str(error) if isinstance(error, InputError) else "it is not a table of numbers."
-            raise InputError(f'{self.where}: "intrinsics": {reason}') from None
+        return require_intrinsics(value, f'{self.where}: "intrinsics"')
 
     def frame(self) -> int | None:
         value = self.get("frame")
@@ -227,13 +222,10 @@ class _Reader:
         return intensity or polarity
 
 
-def _is_number(value: Any) -> bool:
-    """Whether a value is a finite real number and not a truth value."""
-    real = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-    return real and math.isfinite(value)
-
-
 def _short(value: Any) -> str:
     """A value as it may appear in a sentence."""
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:  # Python refuses to write whole numbers of thousands of digits
+        return "a number of very many digits"
     return text if len(text) <= 60 else text[:57] + "..."

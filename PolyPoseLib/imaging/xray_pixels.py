@@ -73,7 +73,7 @@ def _decode(dataset: Dataset, frame: int, where: str) -> np.ndarray:
         package = next((_PACKAGES[key] for key in _PACKAGES if syntax.name.startswith(key)), None)
         mend = f"pip install {package}" if package else "export it uncompressed"
         raise InputError(f"{where} is compressed as {syntax.name} and its decoder is missing: {mend}.")
-    _refuse_short(dataset, where)
+    refuse_short(dataset, where)
     options = _decoder_options(syntax)
     try:
         return decoder.as_array(dataset, index=frame, **options)[0]
@@ -97,18 +97,21 @@ def _decoder_options(syntax: UID) -> dict[str, Any]:
     return {"decoding_plugin": "pydicom"} if syntax == "1.2.840.10008.1.2.5" else {}
 
 
-def _refuse_short(dataset: Dataset, where: str) -> None:
-    """Compare the length of uncompressed pixel data with what the header promises."""
-    if dataset.file_meta.TransferSyntaxUID.is_encapsulated or "PixelData" not in dataset:
-        return
+def refuse_short(dataset: Dataset, where: str) -> None:
+    """Compare the length of uncompressed pixel data with what the header promises; raises InputError.
+
+    A toolkit that is not stopped here fills the rest with whatever the memory held.
+    """
     try:
+        if dataset.file_meta.TransferSyntaxUID.is_encapsulated or "PixelData" not in dataset:
+            return
         samples = int(dataset.get("SamplesPerPixel") or 1)
         frames = max(int(dataset.get("NumberOfFrames") or 1), 1)
         expected = dataset.Rows * dataset.Columns * samples * frames * int(dataset.BitsAllocated) // 8
-    except (AttributeError, TypeError, ValueError):
+        if dataset.get("PhotometricInterpretation") == "YBR_FULL_422":
+            expected = expected * 2 // 3
+    except Exception:  # pydicom raises nearly every kind for values that are none
         raise InputError(f"{where} does not say how its pixels are stored; export the image again.") from None
-    if dataset.get("PhotometricInterpretation") == "YBR_FULL_422":
-        expected = expected * 2 // 3
     if len(dataset.PixelData) < expected:
         raise InputError(
             f"{where} is cut short: its header promises {expected} bytes of pixels and it holds "

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.imaging.detached_data import HEADER_ENDINGS, data_place
 from PolyPoseLib.imaging.nifti_check import check_nifti
+from PolyPoseLib.imaging.toolkit import reader_for
 from PolyPoseLib.imaging.xray_dicom import MAX_PIXELS
 from PolyPoseLib.imaging.xray_notes import Notes
 
@@ -17,10 +18,6 @@ PLAIN_ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha", ".png", ".tif", ".tiff", ".
 
 GRAY_PICTURES = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
 """File names whose values are gray levels, never line integrals."""
-
-_DETACHED = re.compile(
-    rb"^\s*(ElementDataFile\s*=\s*(?!LOCAL\s*$)|data ?file\s*:)", re.IGNORECASE | re.MULTILINE
-)
 
 
 def ending_of(path: Path) -> str:
@@ -46,8 +43,7 @@ def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.nda
     import SimpleITK as sitk
 
     _refuse_detached(path, where)
-    reader = sitk.ImageFileReader()
-    reader.SetFileName(str(path))
+    reader = reader_for(path)
     try:
         reader.ReadImageInformation()
         size = reader.GetSize()
@@ -78,11 +74,14 @@ def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.nda
 
 def _refuse_detached(path: Path, where: str) -> None:
     """Refuse headers that read their pixels from another file, which may lie anywhere."""
-    if path.name.lower().endswith((".nrrd", ".mha")):
-        with path.open("rb") as stream:
-            head = re.split(rb"\r?\n\r?\n|ElementDataFile\s*=\s*LOCAL", stream.read(1 << 16), maxsplit=1)[0]
-        if _DETACHED.search(head):
-            raise InputError(f"{where} keeps its pixels in another file; save header and pixels as one file.")
+    if not path.name.lower().endswith(HEADER_ENDINGS):
+        return
+    try:
+        detached = data_place(path) is not None
+    except InputError:
+        detached = True
+    if detached:
+        raise InputError(f"{where} keeps its pixels in another file; save header and pixels as one file.")
 
 
 def _refuse_hidden_damage(path: Path, where: str) -> None:

@@ -92,14 +92,15 @@ def save_model(model: CameraModel, path: Path) -> None:
 def load_model(path: Path) -> CameraModel:
     """Read a model; raises InputError for anything that is not one, or not whole. Nothing in it is executed."""
     fields = read_tensors(path, "camera model")
-    if fields.get("format") != FORMAT:
+    kind, version = fields.get("format"), fields.get("version")
+    if not isinstance(kind, str) or kind != FORMAT:
         raise InputError(
             f"{path}: this is no camera model: give the file that python -m PolyPoseLib train wrote."
         )
-    if fields.get("version") != VERSION:
+    if type(version) is not int or version != VERSION:
+        known = f"version {version}" if type(version) is int and 0 <= version < 10**6 else "no version"
         raise InputError(
-            f"{path}: the camera model has version {fields.get('version')!r}, but this program reads {VERSION}: "
-            "train it anew."
+            f"{path}: the camera model has {known}, but this program reads version {VERSION}: train it anew."
         )
     try:
         if fields.pop("digest") != _digest(fields):
@@ -116,7 +117,8 @@ def load_model(path: Path) -> CameraModel:
         )
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RuntimeError) as error:
+        # RuntimeError: tensors in the place of numbers, or such as numpy has not, sparse ones for example.
         raise InputError(f"{path}: the camera model is damaged: train it anew.") from error
 
 

@@ -15,8 +15,9 @@ from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.weighting import covered, robust_weight, within
 from PolyPoseLib.rendering.backend import Backend
 
-REACH_MM = 12.0
-"""The X-ray counts this far around the anchor."""
+REACH_MM, FINE_REACH_MM = 12.0, 4.0
+"""The X-ray counts this far around the anchor, at coarse levels and at fine ones: soft tissue beside it has moved, and
+turns a camera by a degree where the anchor shows little of its own, as a pelvis does from the side."""
 
 COARSE_MM = 3.0
 """From this pixel size on, moving bones in front of the anchor are not masked out: too little would remain."""
@@ -89,9 +90,12 @@ def anchor_region(scene: Scene, bones: RigidProblem, state: State, view_index: i
 
     bones: the problem of all the scene's bodies; state: of all of them.
     """
-    reach = REACH_MM / pixel_size_mm(bones.views[view_index].camera, scene.anchor_centre)
+    fine = bones.step_mm < COARSE_MM
+    reach = (FINE_REACH_MM if fine else REACH_MM) / pixel_size_mm(
+        bones.views[view_index].camera, scene.anchor_centre
+    )
     region = within(covered(bones, state, view_index, [scene.anchor]), reach)
-    if bones.step_mm < COARSE_MM:
+    if fine:
         others = [k for k in range(len(scene.names)) if k != scene.anchor]
         region &= ~covered(bones, state, view_index, others)
     return region

@@ -114,3 +114,59 @@ def test_the_report_tells_what_was_found_and_how_sure_it_is(study, asked, tmp_pa
     assert camera["how"] == "as told" and camera["warnings"] == ["doubtful"] and camera["mirrored"] is False
     np.testing.assert_array_equal(camera["extrinsic"], FOUND)
     assert run(study, "--report", str(tmp_path / "nowhere" / "found.json")) == 2
+
+
+@pytest.mark.parametrize(
+    "report", ["nowhere/found.json", ".", "ct.nii.gz", "side.nii.gz", "study.json", "x.json"]
+)
+def test_a_report_that_cannot_be_written_is_refused_before_the_work(study, asked, capsys, report):
+    folder = study.parent
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert run(study, "--output", str(folder / "x.json"), "--report", str(folder / report)) == 2
+    assert "--report" in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    assert not asked["asked"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["ct.nii.gz", "labels.nii.gz", "ap.nii.gz", "mask.nii.gz", "calibration.json", "p.h5", "dicom/1.dcm"],
+)
+def test_files_that_the_study_reads_are_never_replaced(study, asked, capsys, name):
+    folder = study.parent
+    (folder / "dicom").mkdir()
+    for more in ("mask.nii.gz", "calibration.json", "p.h5", "dicom/1.dcm"):
+        (folder / more).write_bytes(b"{}" if more.endswith("json") else b"\0DICM")
+    fields = json.loads(study.read_text())
+    fields["xrays"][0] |= {"mask": "mask.nii.gz", "calibration": "calibration.json"}
+    study.write_text(json.dumps({**fields, "options": {"preview": "p.h5"}}))
+    before = (folder / name).read_bytes()
+    (folder / "link.json").symlink_to(folder / name)
+    for path in (folder / name, folder / "link.json"):
+        assert run(study, "--report", str(path)) == 2
+        assert f"{path}: " in capsys.readouterr().err
+    if "/" not in name:
+        assert run(study, "--output", str(folder / name)) == 2
+    assert (folder / name).read_bytes() == before and not asked["asked"]
+
+
+def test_the_study_stays_as_it_was_when_the_report_fails_in_the_end(study, asked, monkeypatch):
+    written = type(study).write_text
+
+    def full(self, *text, **more):
+        if "found" in self.name:
+            raise OSError(28, "No space left on device")
+        return written(self, *text, **more)
+
+    before = study.read_text()
+    monkeypatch.setattr(type(study), "write_text", full)
+    assert run(study, "--report", str(study.with_name("found.json"))) == 2
+    assert asked["asked"] and study.read_text() == before
+
+
+def test_an_earlier_report_and_an_empty_file_are_replaced(study, asked):
+    for name, text in (("found.json", '\ufeff\n {"version": 0}'), ("empty.json", "")):
+        report = study.with_name(name)
+        report.write_text(text, encoding="utf-8")
+        assert run(study, "--again", "--report", str(report)) == 0
+        assert json.loads(report.read_text())["version"] == 1

@@ -1,5 +1,6 @@
 """The command line: exit statuses, one sentence an error, clean output for programs."""
 
+import io
 import json
 import os
 import signal
@@ -16,7 +17,6 @@ from test_result import FILES, make_result
 
 from PolyPoseLib.__main__ import build_parser, main
 from PolyPoseLib.commands import commands
-from PolyPoseLib.commands._console import ProgressBar, bar_line, table
 from PolyPoseLib.errors import CancelledError, UntrustedResultError
 from PolyPoseLib.imaging.volume import Volume, write_volume
 from PolyPoseLib.progress import Progress
@@ -147,6 +147,46 @@ def test_wrong_input_is_status_2_and_one_sentence(study, registered, capsys):
     assert not registered
 
 
+@pytest.mark.parametrize("command", ["register", "cameras", "train", "evaluate", "structures", "render"])
+def test_a_path_that_the_system_refuses_is_wrong_input(study, capsys, monkeypatch, command):
+    def refuse(self, *_, **__):
+        raise PermissionError(13, "Permission denied", str(self))
+
+    monkeypatch.setattr(sys, "stdin", io.StringIO())
+    more = {"train": ["--output", study.parent / "m.pt"], "register": ["--output", study.parent / "r"]}
+    argv = [
+        command,
+        study.with_name("locked"),
+        *more.get(command, ["--truth", "t"] * (command == "evaluate")),
+    ]
+    for look in ("is_dir", "is_file", "exists", "stat", "open", "read_bytes"):
+        monkeypatch.setattr(Path, look, refuse)
+    status, _, err = run_main([*argv, "--quiet"], capsys)
+    assert status == 2, err
+    assert err.count("\n") == 1 and "permission" in err.lower()
+
+
+def test_names_that_stdout_cannot_write_are_escaped(study, monkeypatch):
+    result = make_result()
+    result.structures["骨盤"] = result.structures.pop("femur")
+    monkeypatch.setattr(pipeline, "register", lambda study, progress=None, cancel=None: result)
+    out = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+    monkeypatch.setattr(sys, "stdout", out)
+    argv = ["register", study, "--output", study.parent / "r", "--progress", "none"]
+    assert main([str(each) for each in argv]) == 0
+    out.flush()
+    assert b"\\u9aa8" in out.buffer.getvalue()
+
+
+def test_without_a_picture_none_is_promised(study, registered, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    status, out, err = run_main(
+        ["register", study, "--output", study.parent / "r", "--progress", "none"], capsys
+    )
+    assert status == 0 and "polypose[report]" in err and "Picture" not in out
+    assert {path.name for path in (study.parent / "r").iterdir()} == FILES - {"report.png"}
+
+
 def test_debug_shows_the_traceback(study, capsys):
     _, _, err = run_main(
         ["register", study.parent / "no.json", "--output", study.parent / "r", "--debug"], capsys
@@ -183,6 +223,9 @@ def test_a_result_not_to_be_trusted_is_kept_but_status_3(study, monkeypatch, cap
         (UntrustedResultError("no overlap"), 3, "no overlap"),
         (MemoryError(), 1, "memory"),
         (ZeroDivisionError("oops"), 1, "unexpected fault"),
+        (PermissionError(13, "Permission denied", "/a/b"), 2, "/a/b: the system refuses"),
+        (OSError(28, "No space left on device"), 2, "no space is left"),
+        (OSError(5, "Input/output error"), 1, "unexpected fault"),
     ],
 )
 def test_every_end_has_its_status(study, monkeypatch, capsys, error, expected, words):
@@ -288,6 +331,27 @@ def test_simulate_asks_for_its_inputs(tmp_path, capsys):
     assert "leave out" in err
 
 
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("--seed", -1),
+        ("--seed", 10**30),
+        ("--arc", "nan"),
+        ("--rotation-error", "inf"),
+        ("--motion-scale", "nan"),
+    ],
+)
+def test_simulate_refuses_numbers_of_no_use(study, capsys, option, value):
+    structures = study.with_name("structures.json")
+    structures.write_text('{"structures": {"pelvis": [25], "femur": [75]}, "anchor": "pelvis"}')
+    status, _, err = run_main(
+        ["simulate", "--ct", study.with_name("ct.nii.gz"), "--segmentation", study.with_name("labels.nii.gz"),
+         "--structures", structures, "--output", study.with_name("case"), option, value], capsys,
+    )  # fmt: skip
+    assert status == 2
+    assert f"{option} is {value}" in err
+
+
 def test_evaluate_against_a_second_segmentation(tmp_path, capsys):
     result = make_result()
     result.transform.vectors[:] = 0
@@ -305,28 +369,6 @@ def test_evaluate_against_a_second_segmentation(tmp_path, capsys):
     status, _, err = run_main([*argv[:-1], tmp_path / "other.nii.gz"], capsys)
     assert status == 2
     assert "no label in common" in err
-
-
-def test_the_bar_is_readable(capsys):
-    line = bar_line(Progress("camera ap", 5, 10, 0.87654, 12.3))
-    assert line == "camera ap            [############............] 5/10  similarity 0.8765  12 s"
-    bar = ProgressBar()
-    for n in range(100):
-        bar(Progress("a", n, 100, None, 0.0))
-    bar.close()
-    assert capsys.readouterr().err.count("\n") == 1
-    assert bar_line(Progress("x", 0, 0, None, 0)).endswith("0/0  0 s")
-
-
-def test_tables_align():
-    text = table(("name", "x mm"), [("a", 1.0), ("long name", float("nan")), ("b", None)])
-    assert text.splitlines() == [
-        "name       x mm",
-        "---------  ----",
-        "a          1.00",
-        "long name     -",
-        "b             -",
-    ]
 
 
 @pytest.mark.slow

@@ -263,3 +263,46 @@ def test_overlay_is_grey_where_both_agree_whatever_the_exposure():
     assert np.abs(colours - colours.mean(axis=-1, keepdims=True)).max() < 1e-3
     shifted = report.overlay(image, np.roll(image, 6, axis=1))
     assert np.abs(shifted - shifted.mean(axis=-1, keepdims=True)).mean() > 0.02
+
+
+HARD_NAMES = ("$\\frac$", "a$\\x$", "\ud800", "fe\nmur", "\t", "骨盤")
+
+
+@pytest.mark.parametrize("name", HARD_NAMES)
+def test_a_name_that_is_hard_to_draw_does_not_lose_the_result(tmp_path, caplog, name):
+    result = make_result()
+    result.structures[name] = result.structures.pop("femur")
+    result.cameras[0] = dataclasses.replace(result.cameras[0], name=name)
+    result.history[0]["stage"] = f"camera {name}"
+    result.warnings, result.distrust = [f"{name} is odd"], (f"{name} is odd",)
+    with caplog.at_level("WARNING", "PolyPoseLib"):
+        result.save(tmp_path / "out")
+    assert set(contents(tmp_path / "out")) == FILES and not caplog.records
+    assert set(load_result(tmp_path / "out").structures) == {"pelvis", name}
+
+
+def test_names_are_drawn_as_they_are_written():
+    result = make_result()
+    result.cameras[0] = dataclasses.replace(result.cameras[0], name="$x$ \ud800")
+    result.structures["$y$"] = result.structures.pop("femur")
+    texts = list(report.drawn_texts(report.draw_report(result)))
+    assert {"$y$"} < {text.get_text() for text in texts}
+    assert any("$x$ ?\n" in text.get_text() for text in texts)
+    assert not any(text.get_parse_math() for text in texts)
+
+
+@pytest.mark.parametrize("how", ["no matplotlib", "cannot be drawn"])
+def test_a_result_is_saved_without_the_picture_when_that_cannot_be_drawn(tmp_path, monkeypatch, caplog, how):
+    def half_written(_, path):
+        path.write_bytes(b"half")
+        raise ValueError("Image size of 1740x80000 pixels is too large.")
+
+    if how == "no matplotlib":
+        monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    else:
+        monkeypatch.setattr(report, "write_report", half_written)
+    with caplog.at_level("WARNING", "PolyPoseLib"):
+        make_result().save(tmp_path / "out")
+    assert set(contents(tmp_path / "out")) == FILES - {"report.png"}
+    assert ("polypose[report]" if how == "no matplotlib" else "too large") in caplog.text
+    assert "saved without report.png" in caplog.text

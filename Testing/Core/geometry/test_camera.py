@@ -9,7 +9,10 @@ from PolyPoseLib.geometry.camera import (
     Camera,
     focal_length_px,
     intrinsics_matrix,
+    is_real_number,
     look_at,
+    real_array,
+    require_intrinsics,
     require_rigid,
     rigid_inverse,
 )
@@ -190,3 +193,54 @@ def test_a_camera_cannot_be_changed():
     camera = random_camera(np.random.default_rng(0))
     with pytest.raises(ValueError, match="read-only"):
         camera.intrinsics[0, 0] = 5
+
+
+BIG = 10**400
+K = [[400.0, 0, 31], [0, 400, 31], [0, 0, 1]]
+
+
+@pytest.mark.parametrize(
+    "value", [BIG, -BIG, True, np.True_, "3", b"3", None, 1j, [3], {}, float("nan"), float("inf")]
+)
+def test_what_is_no_number_never_enters_a_camera(value):
+    assert not is_real_number(value)
+    for row in range(2):
+        matrix = np.eye(4).tolist()
+        matrix[row][3] = value
+        with pytest.raises(InputError, match="the pose"):
+            require_rigid(matrix, "the pose")
+        intrinsics = [list(each) for each in K]
+        intrinsics[row][2] = value
+        with pytest.raises(InputError, match="the K"):
+            require_intrinsics(intrinsics, "the K")
+    for spacing in ([value, 1], [1, value], value):
+        if spacing == [3]:
+            continue
+        with pytest.raises(InputError, match="pixel_spacing_mm") as error:
+            focal_length_px(1000, spacing)
+        assert len(str(error.value)) < 200
+    with pytest.raises(InputError, match="source_to_detector_mm"):
+        focal_length_px(value, 1.0)
+
+
+def test_numbers_of_thousands_of_digits_can_be_refused():
+    with pytest.raises(InputError, match="very many digits"):
+        focal_length_px(10**5000, 1.0)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64, np.int64, np.uint8, object])
+def test_arrays_and_lists_of_numbers_are_copied(dtype):
+    values = np.arange(12).reshape(3, 4).astype(dtype)
+    for given in (values, values.tolist(), tuple(values), [list(row) for row in values]):
+        found = real_array(given)
+        assert found.dtype == np.float64 and np.array_equal(found, np.arange(12).reshape(3, 4))
+        found[:] = -1
+    assert values[0, 1] == 1
+
+
+@pytest.mark.parametrize("distance", [1e8, 1e300])
+def test_a_pose_beyond_all_distances_is_refused(distance):
+    matrix = np.eye(4)
+    matrix[1, 3] = -distance
+    with pytest.raises(InputError, match="millimetres"):
+        require_rigid(matrix)

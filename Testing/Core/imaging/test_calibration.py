@@ -122,6 +122,67 @@ def test_wrong_files_are_refused_with_their_name(tmp_path, text, reason):
     assert "camera.json" in str(error.value)
 
 
+K = "[[400, 0, 31], [0, 400, 31], [0, 0, 1]]"
+P = "[[400, 0, 31, 0], [0, 400, 31, 0], [0, 0, 1, 700]]"
+BIG = "9" * 400
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (f'{{"intrinsics": {K}, "distortion": ["a", "b", "c", "d"]}}', '"distortion"'),
+        (f'{{"intrinsics": {K}, "distortion": {{"k1": 0.1}}}}', '"distortion"'),
+        (f'{{"intrinsics": {K}, "distortion": [[1], [1, 2]]}}', '"distortion"'),
+        (f'{{"intrinsics": {K}, "distortion": [[1, 2], [1, 2]]}}', '"distortion"'),
+        (f'{{"intrinsics": {K}, "distortion": [true, 0, 0, 0]}}', '"distortion"'),
+        (f'{{"intrinsics": {K}, "distortion": 0.1}}', '"distortion"'),
+        (f'{{"intrinsics": {K}, "distortion": [{BIG}, 0, 0, 0]}}', '"distortion"'),
+        (f'{{"intrinsics": {K.replace("400", BIG)}}}', '"intrinsics"'),
+        (f'{{"intrinsics": {K.replace("31", "true")}}}', '"intrinsics"'),
+        (f'{{"intrinsics": {K.replace("31", chr(34) + "31" + chr(34))}}}', '"intrinsics"'),
+        (f'{{"projection": {P.replace("400", BIG)}}}', '"projection"'),
+        (f'{{"projection": {P.replace("700", "7" * 5000)}}}', "too many digits"),
+        (f'{{"projection": {P}, "unit_mm": {BIG}}}', '"unit_mm"'),
+        (f'{{"projection": {P}, "unit_mm": 1e308}}', '"unit_mm"'),
+        (f'{{"projection": {P}, "unit_mm": 1e6}}', '"unit_mm"'),
+        (f'{{"projection": {P}, "unit_mm": true}}', '"unit_mm"'),
+        (f'{{"projection": {P}, "unit_mm": -1}}', '"unit_mm"'),
+        (f'{{"projection": {P.replace("700", "1e300")}}}', "translation"),
+        (f'{{"projection": {P}, "image_size": [-5, -5]}}', '"image_size"'),
+        (f'{{"projection": {P}, "image_size": [64, 0]}}', '"image_size"'),
+        (f'{{"projection": {P}, "image_size": [64.5, 64]}}', '"image_size"'),
+        (f'{{"projection": {P}, "image_size": [NaN, 64]}}', '"image_size"'),
+        (f'{{"projection": {P}, "image_size": [1e300, 64]}}', '"image_size"'),
+        (f'{{"projection": {P}, "image_size": [true, true]}}', '"image_size"'),
+        (f'{{"projection": {P}, "image_size": [{BIG}, 64]}}', '"image_size"'),
+        ("[" * 100000, "nested too deeply"),
+        ('{"a":' * 100000, "nested too deeply"),
+    ],
+)
+def test_values_that_are_none_are_refused_with_their_name(tmp_path, text, reason):
+    path = tmp_path / "camera.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=reason) as error:
+        read_calibration(path)
+    message = str(error.value)
+    assert "camera.json" in message and "\n" not in message and len(message) < 400
+
+
+@pytest.mark.parametrize("size", ["nan,64", "inf,64", "0,64", "-64,64", "64.5,64", "64", "a,b", "1e300,64"])
+def test_an_image_size_that_is_none_is_refused(tmp_path, size):
+    path = tmp_path / "cam1.txt"
+    path.write_text(mayacam(camera(3), **{"image size": size}))
+    with pytest.raises(InputError, match="image size") as error:
+        read_calibration(path)
+    assert "cam1.txt" in str(error.value)
+
+
+def test_a_distortion_in_one_row_is_read(tmp_path):
+    path = tmp_path / "camera.json"
+    path.write_text(f'{{"intrinsics": {K}, "distortion": [[0.1, 0, 0, 0, -0.2]]}}')
+    assert read_calibration(path).distortion == (0.1, 0, 0, 0, -0.2)
+
+
 def test_singular_matrices_are_no_cameras():
     with pytest.raises(InputError, match="singular"):
         decompose_projection(np.ones((3, 4)))

@@ -208,6 +208,9 @@ def test_nothing_that_is_kept_names_the_patient(tmp_path):
     assert "SECRET42" not in text
 
 
+BIG = 10**400
+"""More than float64 holds."""
+
 BROKEN_FIELDS = {
     "source_to_detector_mm": (0, -5, 1.02, "1000", True, float("nan"), [1000]),
     "pixel_spacing_mm": ([0.4], [0.4, 0], [0.4, -1], "0.4", [0.4, float("inf")], [1, 2, 3], {"row": 1}, 400),
@@ -233,6 +236,31 @@ BROKEN_FIELDS = {
     "intrinsics": ("K", [[1, 0, 0]], np.zeros((3, 3)).tolist()),
     "name": (5,),
 }
+
+
+NUMBERS = {
+    "source_to_detector_mm": lambda n: n,
+    "source_to_isocenter_mm": lambda n: n,
+    "unattenuated": lambda n: n,
+    "primary_angle_deg": lambda n: n,
+    "pixel_spacing_mm": lambda n: [0.4, n],
+    "principal_point_px": lambda n: [n, 10],
+    "isocenter_mm": lambda n: [1, n, 1],
+    "extrinsic": lambda n: [[1, 0, 0, n], [0, 1, 0, 0], [0, 0, 1, 700], [0, 0, 0, 1]],
+    "intrinsics": lambda n: [[400, 0, n], [0, 400, 31], [0, 0, 1]],
+    "landmarks": lambda n: [{"point": [1, 2, n], "pixel": [3, 4]}],
+}
+
+
+@pytest.mark.parametrize("field", NUMBERS)
+@pytest.mark.parametrize(
+    "value",
+    [BIG, -BIG, 10**5000, True, "3", float("nan"), [1]],
+    ids=["big", "-big", "bigger", "true", "text", "nan", "list"],
+)
+def test_what_is_no_number_is_named_wherever_it_stands(tmp_path, field, value):
+    message = refusal(save(dataset(), tmp_path / "x.dcm"), **{field: NUMBERS[field](value)})
+    assert f'"{field}"' in message and len(message) < 400
 
 
 @pytest.mark.parametrize("field", BROKEN_FIELDS)

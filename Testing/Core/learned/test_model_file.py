@@ -152,3 +152,28 @@ def test_a_state_that_does_not_fit_is_refused(model, tmp_path):
     save_model(replace(model, architecture=replace(SIZES, channels=(4, 4, 8, 16))), tmp_path / "odd.pt")
     with pytest.raises(InputError, match="does not fit"):
         load_model(tmp_path / "odd.pt").network()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"format": torch.tensor([1, 2])},
+        {"version": torch.tensor([1, 2])},
+        {"version": True},
+        {"version": 10**5000},
+        {"validation_mm": torch.ones(2)},
+        {"state": {"w": torch.nn.Parameter(torch.ones(2))}},
+        {"state": {"w": torch.ones(2, dtype=torch.bfloat16)}},
+        {"state": {"w": torch.eye(2).to_sparse()}},
+        {"state": {"w": torch.empty(2, device="meta")}},
+        {"state": {"w": 1.0}},
+        {"state": [torch.ones(2)]},
+        {"views": {"views": ["AP"]}, "validation_mm": 10**400},
+    ],
+)
+def test_values_of_another_kind_are_refused(path, change):
+    fields = torch.load(path, weights_only=True)
+    torch.save({**fields, **change}, path)
+    with pytest.raises(InputError, match=r"model\.pt: ") as caught:
+        load_model(path)
+    assert "\n" not in str(caught.value)

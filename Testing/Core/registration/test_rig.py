@@ -105,14 +105,20 @@ def test_a_known_camera_places_the_others_exactly(simulated, study):
         np.testing.assert_allclose(found.extrinsic, right.extrinsic, atol=1e-6)
 
 
-def test_two_known_cameras_stay_whatever_their_rig_says(simulated, study):
+def test_two_known_cameras_stay_as_they_are_and_must_fit_their_rig(simulated, study):
+    nudge = np.eye(4)
+    nudge[0, 3] = 1.0
+    given = [simulated.cameras[0].extrinsic, nudge @ simulated.cameras[1].extrinsic]
     xrays = [
-        replace(xray, extrinsic=camera.extrinsic, camera="known")
-        for xray, camera in zip(study.xrays, simulated.initial_cameras, strict=True)
+        replace(xray, extrinsic=extrinsic, camera="known")
+        for xray, extrinsic in zip(study.xrays, given, strict=True)
     ]
     result = register(replace(study, xrays=tuple(xrays)))
-    for found, given in zip(result.cameras, simulated.initial_cameras, strict=True):
-        np.testing.assert_allclose(found.extrinsic, given.extrinsic, atol=1e-9)
+    for found, extrinsic in zip(result.cameras, given, strict=True):
+        np.testing.assert_allclose(found.extrinsic, extrinsic, atol=1e-9)
+    xrays[1] = replace(xrays[1], extrinsic=simulated.initial_cameras[1].extrinsic)
+    with pytest.raises(InputError, match="contradict their rig"):
+        replace(study, xrays=tuple(xrays))
 
 
 def test_an_x_ray_that_shows_nothing_is_placed_by_another(simulated, scene, study, monkeypatch):
