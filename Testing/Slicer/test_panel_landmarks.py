@@ -1,64 +1,17 @@
-"""Landmarks in the panel: picked by real clicks in real views, solved live, kept with the scene."""
+"""Landmarks in the panel: solved live, kept with the scene."""
 
 from __future__ import annotations
 
-import unittest
 from dataclasses import replace
 
 import landmark_case
 import numpy as np
 import slicer
-from panel_case import INSIDE_SLICER, PanelCase, choose_node, views
+from landmark_panel_case import LandmarksCase
+from panel_case import choose_node
 from PolyPoseSlicer import landmark_lists, parameters, pixel_frames, xray_views
 from PolyPoseSlicer.camera_finding import CameraFinding
 from PolyPoseSlicer.camera_way import Way
-from PolyPoseSlicer.xray_source import XraySource
-
-WAYS = [way.value for way in Way]
-
-
-class LandmarksCase(PanelCase):
-    """One X-ray without a camera whose way is landmarks; the truth is self.camera."""
-
-    def setUp(self) -> None:
-        super().setUp()
-        self.fill(xrays=2)
-        rng = np.random.default_rng(11)
-        self.camera = landmark_case.random_camera(rng)
-        self.points = landmark_case.points_in_ct(rng, 6)
-        self.pixels = self.camera.project(self.points)
-        sources = parameters.xray_sources(self.panel.parameters)
-        sources[0] = XraySource(sources[0].image, fields=landmark_case.fields_of(self.camera))
-        parameters.store_xray_sources(self.panel.parameters, sources)
-        self.ui.xraysTable.selectRow(0)
-        self.choose(Way.LANDMARKS)
-
-    def choose(self, way: Way) -> None:
-        self.ui.cameraWay.currentIndex = WAYS.index(way.value)
-
-    def source(self, row: int = 0) -> XraySource:
-        return parameters.xray_sources(self.panel.parameters)[row]
-
-    def give(self, points: np.ndarray | None = None, pixels: np.ndarray | None = None) -> None:
-        """Both lists, as if they had been picked."""
-        points = self.points if points is None else points
-        pixels = self.pixels if pixels is None else pixels
-        choose_node(self.ui.ctLandmarks, landmark_case.add_ct_list(points))
-        choose_node(self.ui.xrayLandmarks, landmark_case.add_xray_list(pixels))
-        self.settle()
-
-    def settle(self) -> None:
-        """Until nothing is due."""
-        part = self.panel.landmarks
-        self.wait(lambda: not part._solve_timer.isActive() and not part._settle_timer.isActive())
-
-    def rows(self) -> list[list[str]]:
-        table = self.ui.landmarksTable
-        return [[table.item(row, column).text() for column in range(4)] for row in range(table.rowCount)]
-
-    def shown(self) -> np.ndarray:
-        """The report's camera, as everything else in the panel sees it."""
-        return self.panel.xrays.reader.report(self.source()).xray.extrinsic
 
 
 class LiveTest(LandmarksCase):
@@ -314,119 +267,3 @@ class ListsTest(LandmarksCase):
         node.Modified()
         self.assertEqual(len(parameters.xray_sources(self.panel.parameters)), 2)
         self.assertIsNone(self.source().ct_landmarks)
-
-
-@unittest.skipIf(INSIDE_SLICER, "the views' windows are the harness's own")
-class PickTest(LandmarksCase):
-    """Real clicks through Slicer's own interactor styles and displayable managers."""
-
-    def xray_view(self):
-        return views().slices[xray_views.view_name(0)]
-
-    def place_of(self, view, world: np.ndarray) -> tuple[float, float]:
-        """Where a slice view draws a point of RAS, in pixels from its lower left corner."""
-        to_xy = np.linalg.inv(_matrix(view.node.GetXYToRAS()))
-        return tuple((to_xy @ [*world, 1.0])[:2])
-
-    def pixel_world(self, pixel: np.ndarray) -> np.ndarray:
-        plane = xray_views.plane_of(0, self.camera.width)
-        return (plane @ [*pixel, 0.0, 1.0])[:3]
-
-    def test_clicks_in_the_xrays_view_are_its_pixels(self) -> None:
-        self.ui.xrayPlace.click()
-        self.assertTrue(self.ui.xrayPlace.checked)
-        node = self.source().xray_landmarks
-        view = self.xray_view()
-        wanted = np.array([[6.0, 8.0], [22.0, 10.0], [9.0, 31.0], [20.0, 28.0]])
-        for pixel in wanted:
-            view.click(*self.place_of(view, self.pixel_world(pixel)))
-        self.assertEqual(node.GetNumberOfDefinedControlPoints(), 4)
-        picked = np.array([node.GetNthControlPointPosition(n) for n in range(4)])
-        np.testing.assert_allclose(picked[:, :2], wanted, atol=0.12)  # half a screen pixel
-        np.testing.assert_allclose(picked[:, 2], 0, atol=1e-6)
-        self.assertEqual([node.GetNthControlPointLabel(n) for n in range(4)], ["1", "2", "3", "4"])
-        self.ui.xrayPlace.click()
-        self.assertFalse(self.ui.xrayPlace.checked)
-        self.assertIsNone(self.panel.landmarks._place.placing())
-        view.click(*self.place_of(view, self.pixel_world(np.array([15.0, 15.0]))))
-        self.assertEqual(node.GetNumberOfDefinedControlPoints(), 4)
-
-    def test_a_mirrored_file_keeps_its_own_columns(self) -> None:
-        self.ui.xrayMirrored.currentIndex = 1
-        self.ui.xrayPlace.click()
-        view = self.xray_view()
-        view.click(*self.place_of(view, self.pixel_world(np.array([5.0, 9.0]))))
-        column, row, _depth = self.source().xray_landmarks.GetNthControlPointPosition(0)
-        self.assertAlmostEqual(column, self.camera.width - 1 - 5.0, delta=0.12)
-        self.assertAlmostEqual(row, 9.0, delta=0.12)
-
-    def test_clicks_in_a_slice_of_the_ct(self) -> None:
-        self.panel._show_views()
-        self.ui.ctPlace.click()
-        node = self.source().ct_landmarks
-        view = views().slices["Red"]
-        ras = landmark_case.CENTER * [-1, -1, 1]
-        view.node.SetOrientation("Axial")
-        view.fit()
-        view.node.JumpSliceByCentering(*ras)
-        view.click(*self.place_of(view, ras))
-        self.assertEqual(node.GetNumberOfDefinedControlPoints(), 1)
-        np.testing.assert_allclose(node.GetNthControlPointPositionWorld(0), ras, atol=1.0)
-        self.ui.xrayPlace.click()
-        self.assertFalse(self.ui.ctPlace.checked)
-        self.assertTrue(self.ui.xrayPlace.checked)
-
-    def test_a_point_picked_in_another_view_is_told(self) -> None:
-        self.ui.xrayPlace.click()
-        view = views().slices["Red"]
-        view.fit()
-        view.click(150, 120)
-        self.settle()
-        self.assertEqual(self.rows()[-1][3], "not on the X-ray")
-        self.assertIn("X-ray's own view", self.ui.landmarksText.text)
-
-    def test_a_dragged_point_is_followed(self) -> None:
-        self.panel._show_views()
-        self.give()
-        view = self.xray_view()
-        node = self.source().xray_landmarks
-        before = np.array(node.GetNthControlPointPosition(1))
-        start = np.array(self.place_of(view, np.array(node.GetNthControlPointPositionWorld(1))))
-        view.image()
-        view.drag(tuple(start), (start[0] + 12.0, start[1]))
-        after = np.array(node.GetNthControlPointPosition(1))
-        self.assertGreater(np.abs(after - before)[:2].max(), 0.5)
-        self.assertAlmostEqual(after[2], 0.0, places=6)
-        self.settle()
-        self.assertGreater(float(self.rows()[1][2]), 0.2)
-
-    def test_the_right_button_ends_picking(self) -> None:
-        self.ui.xrayPlace.click()
-        view = self.xray_view()
-        view.move(100, 100)
-        view.interactor.InvokeEvent("RightButtonPressEvent")
-        view.interactor.InvokeEvent("RightButtonReleaseEvent")
-        self.assertFalse(self.ui.xrayPlace.checked)
-
-    def test_a_deleted_list_ends_picking(self) -> None:
-        self.ui.xrayPlace.click()
-        slicer.mrmlScene.RemoveNode(self.source().xray_landmarks)
-        self.settle()
-        self.assertFalse(self.ui.xrayPlace.checked)
-
-    def test_an_unreadable_xray_above_is_named(self) -> None:
-        sources = parameters.xray_sources(self.panel.parameters)
-        broken = XraySource(path=str(self.folder / "nowhere.dcm"))
-        parameters.store_xray_sources(self.panel.parameters, [broken, *sources])
-        self.ui.xraysTable.selectRow(1)
-        self.ui.xrayPlace.click()
-        self.assertFalse(self.ui.xrayPlace.checked)
-        self.assertIn("'nowhere.dcm' is not ready", self.ui.landmarksText.text)
-
-
-def _matrix(matrix) -> np.ndarray:
-    return np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(4)])
-
-
-if __name__ == "__main__":
-    unittest.main()
