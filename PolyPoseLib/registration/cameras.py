@@ -22,6 +22,10 @@ turns a camera by a degree where the anchor shows little of its own, as a pelvis
 COARSE_MM = 3.0
 """From this pixel size on, moving bones in front of the anchor are not masked out: too little would remain."""
 
+BESIDE_MOVED_MM, LEAST_ANCHOR = 6.0, 0.4
+"""Moving bones are masked with so much around them, for they are not where the CT has them, as long as this share of
+the anchor remains."""
+
 BEAM_STEPS_MM = (16.0, 8.0, 4.0)
 """Steps along the beam, long ones first, with which a camera's distance is looked for."""
 
@@ -90,15 +94,15 @@ def anchor_region(scene: Scene, bones: RigidProblem, state: State, view_index: i
 
     bones: the problem of all the scene's bodies; state: of all of them.
     """
-    fine = bones.step_mm < COARSE_MM
-    reach = (FINE_REACH_MM if fine else REACH_MM) / pixel_size_mm(
-        bones.views[view_index].camera, scene.anchor_centre
-    )
-    region = within(covered(bones, state, view_index, [scene.anchor]), reach)
-    if fine:
-        others = [k for k in range(len(scene.names)) if k != scene.anchor]
-        region &= ~covered(bones, state, view_index, others)
-    return region
+    pixel_mm = pixel_size_mm(bones.views[view_index].camera, scene.anchor_centre)
+    anchor = covered(bones, state, view_index, [scene.anchor])
+    if bones.step_mm >= COARSE_MM:
+        return within(anchor, REACH_MM / pixel_mm)
+    moving = [k for k in range(len(scene.names)) if k != scene.anchor]
+    others = covered(bones, state, view_index, moving)
+    beside = within(others, BESIDE_MOVED_MM / pixel_mm)
+    masked = beside if (anchor & ~beside).sum() >= LEAST_ANCHOR * anchor.sum() else others
+    return within(anchor, FINE_REACH_MM / pixel_mm) & ~masked
 
 
 def _slid_along_beam(problem: RigidProblem, state: State) -> State:
