@@ -10,6 +10,8 @@ from PolyPoseLib.registration.problem import Normal, State
 class Bowl:
     """cost = x' A x about ``bottom`` for one body's translation (3,); the normal equations take ``steep`` times A."""
 
+    size = 6
+
     def __init__(self, rng: np.random.Generator, steep: float) -> None:
         factor = rng.normal(size=(3, 3))
         self.curvature = factor @ factor.T + 0.5 * np.eye(3)
@@ -56,3 +58,12 @@ def test_stays_at_the_bottom():
     bowl = Bowl(np.random.default_rng(1), 1.0)
     bowl.bottom = np.zeros(3)
     assert minimise(bowl, start(), SolverOptions(10)).cost == 0
+
+
+def test_a_problem_without_unknowns_is_only_evaluated():
+    bowl = Bowl(np.random.default_rng(0), 1.0)
+    bowl.size = 0
+    asked = []
+    found = minimise(bowl, start(), SolverOptions(5), lambda *step: asked.append(step))
+    assert found.cost == bowl.cost(start()) and found.costs == () and len(asked) == 1
+    np.testing.assert_array_equal(found.state.poses, start().poses)
