@@ -29,8 +29,7 @@ def resolve(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
 
 def _named(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
     """The existing path that a field names, whatever reading it would open besides; raises InputError."""
-    if not isinstance(name, str) or not name.strip() or "\0" in name:
-        raise InputError(f'"{field}" is {name!r}: give the path of a file, relative to the study\'s folder.')
+    _require_name(name, field)
     path = folder / name
     try:
         target = path.resolve()
@@ -49,10 +48,15 @@ def _named(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
     return target
 
 
-def resolve_output(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
-    """The path of a file to write that a field names, in the study's folder; its folder exists. Raises InputError."""
+def _require_name(name: object, field: str) -> None:
+    """Raise InputError when a field holds nothing that could be a path."""
     if not isinstance(name, str) or not name.strip() or "\0" in name:
         raise InputError(f'"{field}" is {name!r}: give the path of a file, relative to the study\'s folder.')
+
+
+def resolve_output(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
+    """The path of a file to write that a field names, in the study's folder; its folder exists. Raises InputError."""
+    _require_name(name, field)
     path = folder / name
     parent = _named(str(path.parent), field, folder, allow_outside)
     if path.is_symlink() or path.is_dir():

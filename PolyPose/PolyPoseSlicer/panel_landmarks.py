@@ -119,7 +119,7 @@ class LandmarksPart:
         node = source.xray_landmarks or self._new_list(_("{name}: landmarks in the X-ray"), in_xray=True)
         self._frame(node)
         number = self._xrays.number
-        logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(xray_views.view_name(number))
+        logic = xray_views.slice_logic(number)
         if xray_views.part(number, "image") is None or logic is None or not layouts.shown():
             self._show_views()
         self._place.start(node)

@@ -53,6 +53,11 @@ def view_name(number: int) -> str:
     return f"PolyPoseXray{number + 1}"
 
 
+def slice_logic(number: int) -> slicer.vtkMRMLSliceLogic | None:
+    """The logic of a view's slice view; None when the layout has no such view."""
+    return slicer.app.applicationLogic().GetSliceLogicByLayoutName(view_name(number))
+
+
 def view_group(number: int) -> int:
     """The view group of a view's slice view: one of its own.
 
@@ -106,7 +111,7 @@ def move(number: int, picture: XrayPicture) -> None:
     place(number, picture.plane, picture.xray.shape[1], picture.mirrored)
     if part(number, "beam") is not None:
         show_carm(number, picture)
-    logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(view_name(number))
+    logic = slice_logic(number)
     rigid = np.allclose(motion[:3, :3].T @ motion[:3, :3], np.eye(3), atol=1e-6)
     if logic is not None and rigid:
         slice_node = logic.GetSliceNode()
@@ -168,7 +173,7 @@ def aim_view(number: int, picture: XrayPicture, from_detector: bool) -> bool:
 
     from_detector: as C-arms display; otherwise as seen from the source.
     """
-    logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(view_name(number))
+    logic = slice_logic(number)
     image = part(number, "image")
     if logic is None or image is None:
         return False
@@ -198,7 +203,7 @@ def aim_view(number: int, picture: XrayPicture, from_detector: bool) -> bool:
 
 def view_size(number: int) -> tuple[int, int] | None:
     """Pixels across and down of the view's slice view; None when the layout has none."""
-    logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(view_name(number))
+    logic = slice_logic(number)
     return None if logic is None else tuple(logic.GetSliceNode().GetDimensions()[:2])
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, shown
 
 RIGID_TOLERANCE = 1e-4
 """Largest entry of |R R^T - I| that is taken for rounding (four decimals in a JSON file) and mended."""
@@ -138,7 +138,7 @@ def focal_length_px(
     rows, columns = _pair(pixel_spacing_mm, "pixel_spacing_mm")
     if not (is_real_number(source_to_detector_mm) and source_to_detector_mm > 0):
         raise InputError(
-            f"source_to_detector_mm is {_shown(source_to_detector_mm)}; give the distance in mm, a number above 0."
+            f"source_to_detector_mm is {shown(source_to_detector_mm)}; give the distance in mm, a number above 0."
         )
     if not (rows > 0 and columns > 0):
         raise InputError(f"pixel_spacing_mm is [{rows}, {columns}]; give two numbers above 0, in mm.")
@@ -340,16 +340,7 @@ def _pair(value: float | Sequence[float], name: str) -> tuple[float, float]:
     try:
         pair = np.broadcast_to(real_array(value), (2,))
     except (TypeError, ValueError):
-        raise InputError(f"{name} is {_shown(value)}; give two numbers.") from None
+        raise InputError(f"{name} is {shown(value)}; give two numbers.") from None
     if not np.isfinite(pair).all():
-        raise InputError(f"{name} is {_shown(value)}; give two finite numbers.")
+        raise InputError(f"{name} is {shown(value)}; give two finite numbers.")
     return float(pair[0]), float(pair[1])
-
-
-def _shown(value: Any) -> str:
-    """A value as it may appear in a sentence."""
-    try:
-        text = repr(value)
-    except ValueError:  # Python refuses to write whole numbers of thousands of digits
-        return "a number of very many digits"
-    return text if len(text) <= 60 else text[:57] + "..."

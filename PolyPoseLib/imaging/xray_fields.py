@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, shown
 from PolyPoseLib.geometry.camera import is_real_number, require_intrinsics, require_rigid
 from PolyPoseLib.geometry.carm import PATIENT_POSITIONS
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS
@@ -136,7 +136,7 @@ class _Reader:
         return self.entry.get(key)
 
     def fail(self, key: str, rule: str) -> InputError:
-        return InputError(f'{self.where}: "{key}" is {_short(self.get(key))}; give {rule}.')
+        return InputError(f'{self.where}: "{key}" is {shown(self.get(key))}; give {rule}.')
 
     def label(self, key: str) -> str | None:
         value = self.text(key)
@@ -220,12 +220,3 @@ class _Reader:
                 "they mean the same, give one."
             )
         return intensity or polarity
-
-
-def _short(value: Any) -> str:
-    """A value as it may appear in a sentence."""
-    try:
-        text = repr(value)
-    except ValueError:  # Python refuses to write whole numbers of thousands of digits
-        return "a number of very many digits"
-    return text if len(text) <= 60 else text[:57] + "..."

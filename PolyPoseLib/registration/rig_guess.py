@@ -30,29 +30,14 @@ def group_guesses(
     method: str = "auto",
     model: Regressor | None = None,
 ) -> list[Guess]:
-    """A first camera for one X-ray by itself, or for each X-ray of one rig; see :func:`rig_guesses`."""
-    if len(xrays) == 1:
-        return [initial_camera(scene, xrays[0], backend, monitor, stage, method, model)]
-    return rig_guesses(scene, xrays, backend, monitor, stage, method, model)
+    """A first camera for an X-ray that stands by itself, or for each of one rig, with the rig's relative pose.
 
-
-def rig_guesses(
-    scene: Scene,
-    xrays: Sequence[Xray],
-    backend: Backend,
-    monitor: Monitor,
-    stage: str,
-    method: str = "auto",
-    model: Regressor | None = None,
-) -> list[Guess]:
-    """A camera for each X-ray of one rig, all with the rig's relative pose.
-
-    A camera that is known stays, and places those that are not. Otherwise each X-ray is asked for a guess, until one
-    is sure, and the guess that explains all X-rays of the rig best places the others.
+    Of a rig: a camera that is known stays, and places those that are not. Otherwise each X-ray is asked for a guess,
+    until one is sure, and the guess that explains all X-rays of the rig best places the others.
 
     Args:
         scene: the CT with its anchor.
-        xrays: two or more, each with its place in the rig.
+        xrays: one, or two or more with their places in one rig.
         backend: renders.
         monitor: progress and cancelling.
         stage: name in the progress.
@@ -64,6 +49,8 @@ def rig_guesses(
         UntrustedResultError: no camera that was tried shows the anchor.
 
     """
+    if len(xrays) == 1:
+        return [initial_camera(scene, xrays[0], backend, monitor, stage, method, model)]
     relative = relative_poses([xray.rig.extrinsic for xray in xrays])
     blank = [
         Measured(xray.image, xray.mask, Camera(xray.intrinsics, np.eye(4), *xray.image.shape))

@@ -16,7 +16,7 @@ from PolyPoseLib.registration.monitor import Monitor
 from PolyPoseLib.registration.paper import find_camera_by_anchor
 from PolyPoseLib.registration.presets import PRESETS, Preset
 from PolyPoseLib.registration.rig import find_rig_near
-from PolyPoseLib.registration.rig_guess import rig_guesses
+from PolyPoseLib.registration.rig_guess import group_guesses
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.study import Study
@@ -125,7 +125,7 @@ class _Finder:
 
     def find_rig(self, numbers: Sequence[int], xrays: Sequence[Xray], stage: str) -> None:
         """The X-rays of one rig."""
-        guesses = rig_guesses(self.scene, xrays, self.backend, self.monitor, stage, model=self.model)
+        guesses = group_guesses(self.scene, xrays, self.backend, self.monitor, stage, model=self.model)
         placed = [
             self._keep(n, xray, guess.camera) for n, xray, guess in zip(numbers, xrays, guesses, strict=True)
         ]

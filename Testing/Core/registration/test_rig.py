@@ -17,7 +17,7 @@ from PolyPoseLib.registration.levels import Level, Measured
 from PolyPoseLib.registration.monitor import Monitor
 from PolyPoseLib.registration.pipeline import register
 from PolyPoseLib.registration.rig import best_for_rig, find_rig, find_rig_near, placed_rig, relative_poses
-from PolyPoseLib.registration.rig_guess import rig_guesses
+from PolyPoseLib.registration.rig_guess import group_guesses
 from PolyPoseLib.registration.study_cameras import grouped_by_rig
 from PolyPoseLib.rendering.backend import select_backend
 
@@ -130,7 +130,7 @@ def test_an_x_ray_that_shows_nothing_is_placed_by_another(simulated, scene, stud
         return Guess(true[1], True, (2, 10), "searched")
 
     monkeypatch.setattr(rig_guess, "initial_camera", guess)
-    found = rig_guesses(scene, study.xrays, select_backend(), Monitor(None, None), "rig")
+    found = group_guesses(scene, study.xrays, select_backend(), Monitor(None, None), "rig")
     np.testing.assert_allclose(found[0].camera.extrinsic, true[0].extrinsic, atol=1e-9)
     assert "placed by the rig" in found[0].how and found[1].how == "searched"
 
@@ -141,7 +141,7 @@ def test_a_rig_without_any_guess_says_why(scene, study, monkeypatch):
 
     monkeypatch.setattr(rig_guess, "initial_camera", refuse)
     with pytest.raises(UntrustedResultError, match="nothing shows"):
-        rig_guesses(scene, study.xrays, select_backend(), Monitor(None, None), "rig")
+        group_guesses(scene, study.xrays, select_backend(), Monitor(None, None), "rig")
 
 
 def test_x_rays_are_grouped_in_order(study):
