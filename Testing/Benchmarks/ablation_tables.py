@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,9 @@ from benchmark_tables import COLUMNS, machine, mean_rows, measured_on, table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+TITLE_LETTERS = 48
+"""In a line of a plot's title; longer ones run into the next plot's."""
 
 NOTES = {
     "weights": (
@@ -91,7 +95,7 @@ def plot(rows: list[dict], preset: str, path: Path) -> None:
     axes = figure.subplots(lines, 3, squeeze=False).ravel()
     for axis, (anatomy, study, groups) in zip(axes, panels, strict=False):
         _panel(axis, study, groups)
-        axis.set_title(f"{TITLES[study]} ({anatomy})", fontsize=10, loc="left")
+        axis.set_title(fill(f"{TITLES[study]} ({anatomy})", TITLE_LETTERS), fontsize=10, loc="left")
     for axis in axes[len(panels) :]:
         axis.set_axis_off()
     handles, names = axes[0].get_legend_handles_labels()
