@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -247,6 +248,13 @@ class Camera:
         """(3,) unit world vector from the source perpendicular to the detector."""
         return self.extrinsic[2, :3].copy()
 
+    @cached_property
+    def inverse_intrinsics(self) -> np.ndarray:
+        """K^-1 (3, 3): pixels to directions in the camera's frame."""
+        inverse = np.linalg.inv(self.intrinsics)
+        inverse.flags.writeable = False
+        return inverse
+
     def depth(self, points: ArrayLike) -> np.ndarray:
         """Depth (...,) mm of world points (..., 3) along the axis; 0 at the source, negative behind it."""
         return np.asarray(points, dtype=np.float64) @ self.extrinsic[2, :3] + self.extrinsic[2, 3]
@@ -265,7 +273,7 @@ class Camera:
         """World vectors (H, W, 3) R^T K^-1 [column, row, 1]: from the source to the pixel at depth 1 mm."""
         row, column = np.meshgrid(np.arange(self.height), np.arange(self.width), indexing="ij")
         pixels = np.stack([column, row, np.ones_like(row)], axis=-1).astype(np.float64)
-        return pixels @ (self.extrinsic[:3, :3].T @ np.linalg.inv(self.intrinsics)).T
+        return pixels @ (self.extrinsic[:3, :3].T @ self.inverse_intrinsics).T
 
     def magnification_mm_per_px(self, point: ArrayLike) -> np.ndarray:
         """Millimetres per pixel, parallel to the detector at the depth of world points (..., 3); (...,)."""

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import find_objects
 from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
 
+from PolyPoseLib.geometry.camera import rigid_inverse
 from PolyPoseLib.imaging.structures import Structures
-from PolyPoseLib.registration.rigid_motion import skew
+from PolyPoseLib.registration.rigid_motion import rotation_vectors, skew
 
 CONTACT_MM = 10.0
 """Bones with a smaller gap are taken to form a joint."""
@@ -108,18 +108,18 @@ class ArticulationPrior:
         self.centres = centres
         self.free_poses = list(free_poses)
         self.weight = weight
+        self._pairs = np.array([(j.first, j.second) for j in articulations], int).reshape(-1, 2)
+        self._points = np.array([j.point for j in articulations], float).reshape(-1, 3)
+        self._slides = np.array([j.slide_mm for j in articulations], float).reshape(-1, 1)
 
     def cost(self, poses: np.ndarray) -> float:
         """For poses (K, 4, 4) fixed to moving."""
-        terms = [self._residual(joint, poses) for joint in self.articulations]
-        return self._scale() * float(sum(term @ term for term in terms))
+        return self._scale() * float((self._residuals(poses) ** 2).sum())
 
     def add_to(self, poses: np.ndarray, matrix: np.ndarray, gradient: np.ndarray) -> float:
         """Add the Gauss-Newton terms of half the cost to ``matrix`` (P, P) and ``gradient`` (P,); returns the cost."""
-        total = 0.0
-        for joint in self.articulations:
-            residual = self._residual(joint, poses)
-            total += residual @ residual
+        residuals = self._residuals(poses)
+        for joint, residual in zip(self.articulations, residuals, strict=True):
             blocks = []
             for sign, k in ((1.0, joint.first), (-1.0, joint.second)):
                 if k in self.free_poses:
@@ -129,17 +129,18 @@ class ArticulationPrior:
                 gradient[rows] += self._scale() * (a.T @ residual)
                 for columns, b in blocks:
                     matrix[rows, columns] += self._scale() * (a.T @ b)
-        return self._scale() * float(total)
+        return self._scale() * float((residuals**2).sum())
 
     def _scale(self) -> float:
         return self.weight / max(len(self.articulations), 1)
 
-    def _residual(self, joint: Articulation, poses: np.ndarray) -> np.ndarray:
-        """(6,) the joint's gap (fixed frame) over its slide, and the relative rotation over TURN_DEG."""
-        first, second = (np.linalg.inv(poses[k]) for k in (joint.first, joint.second))
-        gap = (first - second)[:3] @ np.r_[joint.point, 1.0] / joint.slide_mm
-        turn = Rotation.from_matrix(first[:3, :3] @ second[:3, :3].T).as_rotvec() / np.radians(TURN_DEG)
-        return np.r_[gap, turn]
+    def _residuals(self, poses: np.ndarray) -> np.ndarray:
+        """(J, 6) each joint's gap (fixed frame) over its slide, and its relative rotation over TURN_DEG."""
+        first, second = np.moveaxis(rigid_inverse(poses)[self._pairs], 1, 0)
+        apart = first - second
+        gap = np.einsum("jab,jb->ja", apart[:, :3, :3], self._points) + apart[:, :3, 3]
+        turn = rotation_vectors(first[:, :3, :3] @ np.swapaxes(second[:, :3, :3], 1, 2))
+        return np.concatenate([gap / self._slides, turn / np.radians(TURN_DEG)], axis=1)
 
     def _derivative(self, joint: Articulation, k: int, poses: np.ndarray) -> np.ndarray:
         """(6, 6) derivative of the joint's place and orientation by the perturbation of pose k."""

@@ -79,7 +79,7 @@ def minimise(
             further = problem.moved(state, longer)
             further_cost = problem.cost(further)
             evaluations += 1
-            if further_cost >= trial_cost or np.allclose(longer, step):
+            if further_cost >= trial_cost or (np.abs(longer - step) <= 1e-5 * np.abs(step)).all():
                 break
             step, trial, trial_cost = longer, further, further_cost
         fall = (cost - trial_cost) / max(cost, 1e-12)

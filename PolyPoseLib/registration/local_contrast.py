@@ -36,6 +36,11 @@ class LocalContrast:
         self.share = np.maximum(share, 1e-6)
         self.support = (mask & (share > 0.25)).astype(np.float32)
 
+    def cropped(self, rows: slice, columns: slice) -> LocalContrast:
+        """Of a part of the image; the same as before wherever a patch lies inside it."""
+        noise = np.broadcast_to(self.noise, self.mask.shape)[rows, columns]
+        return LocalContrast(self.mask[rows, columns] > 0, self.size, self.floor, noise)
+
     def mean(self, images: np.ndarray, rows: slice = slice(None), columns: slice = slice(None)) -> np.ndarray:
         """Patch means of (..., h, w) images that cover the given part of the whole."""
         return box_mean(images * self.mask[rows, columns], self.size) / self.share[rows, columns]

@@ -35,6 +35,27 @@ class View:
     weight: np.ndarray
     noise_share: np.ndarray | float = 0.0
 
+    def cropped_to_weight(self) -> View:
+        """The part of the view that its weights depend on, patches of the local contrast included.
+
+        Costs and their derivatives are those of the whole. There must be a pixel that counts.
+        """
+        margin = self.contrast.size // 2
+        rows, columns = (
+            slice(max(int(used[0]) - margin, 0), int(used[-1]) + margin + 1)
+            for used in (np.flatnonzero((self.weight > 0).any(axis=axis)) for axis in (1, 0))
+        )
+        height, width = self.weight[rows, columns].shape
+        camera = self.camera.cropped(rows.start, rows.start + height, columns.start, columns.start + width)
+        return View(
+            camera,
+            self.contrast.cropped(rows, columns),
+            self.target[rows, columns],
+            self.static[rows, columns],
+            self.weight[rows, columns],
+            np.broadcast_to(self.noise_share, self.weight.shape)[rows, columns],
+        )
+
 
 @dataclass(frozen=True)
 class State:

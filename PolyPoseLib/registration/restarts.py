@@ -160,7 +160,8 @@ def _best_start(
     starts = list(_starts(poses[bone.number], poses[neighbour], joints))
     starts += _far_starts(poses[neighbour], _joint(bone, neighbour)) if far else []
     seen = [_view_of_one_bone(bone, n, view, tissue[n], poses, starts) for n, view in enumerate(views)]
-    if not any((view.weight > 0).any() for view in seen):
+    seen = [view.cropped_to_weight() for view in seen if (view.weight > 0).any()]
+    if not seen:
         return poses[neighbour]
     centre = bone.scene.anchor_centre
     prior = _OneBonePrior(bone, poses)

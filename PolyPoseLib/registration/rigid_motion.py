@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -9,9 +11,28 @@ from scipy.spatial.transform import Rotation
 def perturbation(delta: np.ndarray) -> np.ndarray:
     """(4, 4) motion that turns by the vector delta[:3] (rad) and then shifts by delta[3:] (mm)."""
     motion = np.eye(4)
-    motion[:3, :3] = Rotation.from_rotvec(delta[:3]).as_matrix()
+    motion[:3, :3] = rotation_matrix(delta[:3])
     motion[:3, 3] = delta[3:]
     return motion
+
+
+def rotation_matrix(vector: np.ndarray) -> np.ndarray:
+    """(3, 3) rotation by the vector (3,) rad: Rodrigues' formula, many times faster than scipy's for a single one."""
+    angle = math.sqrt(vector @ vector)
+    wedge = skew(vector)
+    half = np.sinc(angle / (2 * np.pi))
+    return np.eye(3) + np.sinc(angle / np.pi) * wedge + half * half / 2 * (wedge @ wedge)
+
+
+def rotation_vectors(rotations: np.ndarray) -> np.ndarray:
+    """(..., 3) rad of rotations (..., 3, 3); faster than scipy's below a right angle, and scipy's beyond."""
+    twist = rotations - np.swapaxes(rotations, -1, -2)
+    sines = np.stack([twist[..., 2, 1], twist[..., 0, 2], twist[..., 1, 0]], axis=-1) / 2
+    cosine = (np.trace(rotations, axis1=-2, axis2=-1) - 1) / 2
+    if (cosine <= 0).any():
+        return Rotation.from_matrix(rotations).as_rotvec()
+    sine = np.sqrt((sines * sines).sum(axis=-1))
+    return sines / np.sinc(np.arctan2(sine, cosine) / np.pi)[..., None]
 
 
 def about(motion: np.ndarray, centre: np.ndarray) -> np.ndarray:

@@ -73,8 +73,11 @@ class SoftTissue:
         """
         body = self.scene.volume(kind, size_mm)
         rays = index_rays(body, camera, correction, (0, camera.height, 0, camera.width))
+        shape = (camera.height, camera.width)
+        if not field.vectors.any():  # at rest
+            return backend.project(body.voxels, rays, size_mm, shape, False, body.occupied)[0]
         index_field = in_index_units(field, body, MARGIN_MM)
-        return backend.project_warped(body.voxels, index_field, rays, size_mm, (camera.height, camera.width))
+        return backend.project_warped(body.voxels, index_field, rays, size_mm, shape, body.occupied)
 
 
 def in_index_units(field: DisplacementField, body: Body, margin_mm: float) -> IndexField:

@@ -8,6 +8,9 @@ from typing import Protocol
 import numpy as np
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.rendering.occupancy import OccupiedBlocks
+
+_MOST_VALUES = 2**31 - 1
 
 
 @dataclass(frozen=True)
@@ -42,12 +45,21 @@ class IndexField:
 
 
 class Backend(Protocol):
-    """Carries out rays through volumes that have a border of zeros."""
+    """Carries out rays through volumes that have a border of zeros.
+
+    ``occupied`` tells where a volume is not zero: a hint that saves samples and changes no result.
+    """
 
     name: str
 
     def project(
-        self, voxels: np.ndarray, rays: IndexRays, step_mm: float, shape: tuple[int, int], moments: bool
+        self,
+        voxels: np.ndarray,
+        rays: IndexRays,
+        step_mm: float,
+        shape: tuple[int, int],
+        moments: bool,
+        occupied: OccupiedBlocks | None = None,
     ) -> tuple[np.ndarray, np.ndarray | None]:
         """Line integrals (rows, columns), and the (rows, columns, 6) moments of a rigid Jacobian when asked.
 
@@ -56,7 +68,13 @@ class Backend(Protocol):
         ...
 
     def project_warped(
-        self, voxels: np.ndarray, field: IndexField, rays: IndexRays, step_mm: float, shape: tuple[int, int]
+        self,
+        voxels: np.ndarray,
+        field: IndexField,
+        rays: IndexRays,
+        step_mm: float,
+        shape: tuple[int, int],
+        occupied: OccupiedBlocks | None = None,
     ) -> np.ndarray:
         """Line integrals (rows, columns) through a volume that is displaced by a field."""
         ...
@@ -68,32 +86,77 @@ class NumbaBackend:
     name = "numba"
 
     def project(
-        self, voxels: np.ndarray, rays: IndexRays, step_mm: float, shape: tuple[int, int], moments: bool
+        self,
+        voxels: np.ndarray,
+        rays: IndexRays,
+        step_mm: float,
+        shape: tuple[int, int],
+        moments: bool,
+        occupied: OccupiedBlocks | None = None,
     ) -> tuple[np.ndarray, np.ndarray | None]:
         """See :class:`Backend`."""
         from PolyPoseLib.rendering import kernels
 
+        near, far = _depth_ranges(occupied, 0.0, rays, shape)
         image = np.zeros(shape, np.float32)
-        arguments = (voxels, rays.source, rays.corner, rays.per_column, rays.per_row, rays.inverse_intrinsics)
+        volume = (_flat(voxels), voxels.shape)
         if not moments:
-            kernels.project(*arguments, step_mm, image)
+            kernels.project(*volume, *_rays(rays), step_mm, near, far, image)
             return image, None
         sums = np.zeros((*shape, 6), np.float32)
-        kernels.project_with_moments(*arguments, step_mm, image, sums)
+        kernels.project_with_moments(*volume, *_rays(rays), step_mm, near, far, image, sums)
         return image, sums
 
     def project_warped(
-        self, voxels: np.ndarray, field: IndexField, rays: IndexRays, step_mm: float, shape: tuple[int, int]
+        self,
+        voxels: np.ndarray,
+        field: IndexField,
+        rays: IndexRays,
+        step_mm: float,
+        shape: tuple[int, int],
+        occupied: OccupiedBlocks | None = None,
     ) -> np.ndarray:
         """See :class:`Backend`."""
         from PolyPoseLib.rendering import warped_kernel
 
+        farthest = np.abs(field.vectors).reshape(-1, 3).max(axis=0)
+        near, far = _depth_ranges(occupied, farthest, rays, shape)
         image = np.zeros(shape, np.float32)
         warped_kernel.project_warped(
-            voxels, field.vectors, field.scale, field.offset, field.low, field.high,
-            rays.source, rays.corner, rays.per_column, rays.per_row, rays.inverse_intrinsics, step_mm, image,
+            _flat(voxels), voxels.shape, _flat(field.vectors), field.vectors.shape[:3], field.scale, field.offset,
+            tuple(field.low), tuple(field.high), *_rays(rays), step_mm, near, far, image,
         )  # fmt: skip
         return image
+
+
+def _flat(values: np.ndarray) -> np.ndarray:
+    """The values in one row; raises ValueError for more than the kernels' 32-bit indices can count."""
+    if values.size > _MOST_VALUES:
+        raise ValueError(f"a volume of {values.size} values is beyond what the kernels can index")
+    return np.ascontiguousarray(values).reshape(-1)
+
+
+def _rays(rays: IndexRays) -> tuple[np.ndarray, ...]:
+    """The rays in the kernels' order of arguments."""
+    return rays.source, rays.corner, rays.per_column, rays.per_row, rays.inverse_intrinsics
+
+
+def _depth_ranges(
+    occupied: OccupiedBlocks | None, reach: np.ndarray | float, rays: IndexRays, shape: tuple[int, int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Least and largest depth (mm) per tile of the image at which a ray may meet an occupied block.
+
+    reach: (3,) index units by which what a ray meets may be displaced.
+    """
+    from PolyPoseLib.rendering import kernels
+
+    tiles = tuple(-(-size // kernels.TILE) for size in shape)
+    near, far = np.zeros(tiles), np.full(tiles, np.inf)
+    if occupied is not None:
+        to_pixels = np.linalg.inv(np.stack([rays.per_column, rays.per_row, rays.corner], axis=1))
+        half_edges = np.zeros(3) + occupied.half_edge + reach
+        kernels.depth_ranges(occupied.centres, half_edges, rays.source, to_pixels, near, far)
+    return near, far
 
 
 def select_backend(kernel: str = "auto", device: str = "cpu", threads: int | None = None) -> Backend:

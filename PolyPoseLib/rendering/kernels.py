@@ -2,7 +2,8 @@
 
 Compiled with numba on first use; callers go through :class:`PolyPoseLib.rendering.backend.NumbaBackend`.
 All coordinates are voxel indices (i, j, k) of a volume that is padded with one layer of zeros, so that the
-interpolant falls to zero continuously at the box.
+interpolant falls to zero continuously at the box. Volumes are passed flat, and indices counted in 32 bits: the
+compiler then gathers the voxels of many samples at once.
 """
 
 import math
@@ -10,165 +11,209 @@ import math
 import numba
 import numpy as np
 
+TILE = 4
+"""Pixels along the edge of the image's tiles; each has its own range of depths."""
+
 
 @numba.njit(inline="always", fastmath=True)
-def _clip(origin, direction, near, far, size):
-    """Clip the interval [near, far] of one coordinate to 0 .. size."""
+def _clip(origin, direction, near, far, low, high):
+    """Clip the interval [near, far] of depth to where one coordinate lies in low .. high."""
     if abs(direction) < 1e-12:
-        if origin <= 0.0 or origin >= size:
+        if origin <= low or origin >= high:
             return 1.0, 0.0
         return near, far
-    first = (0.0 - origin) / direction
-    second = (size - origin) / direction
+    first = (low - origin) / direction
+    second = (high - origin) / direction
     if first > second:
         first, second = second, first
     return max(near, first), min(far, second)
 
 
+@numba.njit(inline="always", fastmath=True)
+def samples_of_ray(source, along, pixel, step_mm, near, far, low, high):
+    """Samples of one ray: their number, the first one's depth, and their distance in depth.
+
+    source, along: (3,) indices, and indices per mm of depth; pixel: (2,) place on the plane at depth 1; near, far:
+    depths between which anything is to be seen; low, high: (3,) box of indices. Samples lie at fixed depths from the
+    source, so that the image changes smoothly with the pose, wherever the ray is clipped.
+    """
+    distance = step_mm / math.sqrt(pixel[0] * pixel[0] + pixel[1] * pixel[1] + 1.0)
+    near, far = _clip(source[0], along[0], near, far, low[0], high[0])
+    near, far = _clip(source[1], along[1], near, far, low[1], high[1])
+    near, far = _clip(source[2], along[2], near, far, low[2], high[2])
+    if far <= near:
+        return np.int32(0), 0.0, distance
+    first = math.ceil(near / distance - 0.5)
+    count = int(math.floor(far / distance - 0.5)) - int(first) + 1
+    return np.int32(count), (first + 0.5) * distance, distance
+
+
+@numba.njit(inline="always", fastmath=True)
+def direction_of(row, column, corner, per_column, per_row):
+    """Index units per mm of depth along the ray of a pixel."""
+    return (
+        corner[0] + column * per_column[0] + row * per_row[0],
+        corner[1] + column * per_column[1] + row * per_row[1],
+        corner[2] + column * per_column[2] + row * per_row[2],
+    )
+
+
+@numba.njit(inline="always", fastmath=True)
+def place_of(row, column, inverse_intrinsics):
+    """Where the ray of a pixel meets the plane at depth 1."""
+    return (
+        inverse_intrinsics[0, 0] * column + inverse_intrinsics[0, 1] * row + inverse_intrinsics[0, 2],
+        inverse_intrinsics[1, 1] * row + inverse_intrinsics[1, 2],
+    )
+
+
+@numba.njit(fastmath=True, cache=True)
+def depth_ranges(centres, half_edges, source, to_pixels, near, far):
+    """Depths between which the rays of every tile of an image can meet any of some blocks.
+
+    centres: (M, 3) indices of the blocks' centres; half_edges: (3,) of the blocks; source: (3,); to_pixels: (3, 3)
+    takes a direction from the source, in indices, to (depth column, depth row, depth); near, far: (tile rows, tile
+    columns), overwritten; where no block projects, far is less than near.
+    """
+    near[:] = np.inf
+    far[:] = -np.inf
+    half = np.abs(to_pixels) @ half_edges
+    for block in range(len(centres)):
+        way = centres[block] - source
+        across = to_pixels[0, 0] * way[0] + to_pixels[0, 1] * way[1] + to_pixels[0, 2] * way[2]
+        down = to_pixels[1, 0] * way[0] + to_pixels[1, 1] * way[1] + to_pixels[1, 2] * way[2]
+        depth = to_pixels[2, 0] * way[0] + to_pixels[2, 1] * way[1] + to_pixels[2, 2] * way[2]
+        nearest, farthest = depth - half[2], depth + half[2]
+        if nearest <= 0.0:  # it surrounds the source: every ray may meet it
+            if farthest > 0.0:
+                near[:] = 0.0
+                far[:] = np.maximum(far, farthest)
+            continue
+        column, row = across / depth, down / depth
+        # |a / d - a0 / d0| = |(a - a0) - (a0 / d0) (d - d0)| / d
+        wide, high = 0.0, 0.0
+        for axis in range(3):
+            wide += abs(to_pixels[0, axis] - column * to_pixels[2, axis]) * half_edges[axis]
+            high += abs(to_pixels[1, axis] - row * to_pixels[2, axis]) * half_edges[axis]
+        wide, high = wide / nearest, high / nearest
+        first_column = max(int(math.floor((column - wide) / TILE)), 0)
+        last_column = min(int(math.floor((column + wide) / TILE)), near.shape[1] - 1)
+        first_row = max(int(math.floor((row - high) / TILE)), 0)
+        last_row = min(int(math.floor((row + high) / TILE)), near.shape[0] - 1)
+        for r in range(first_row, last_row + 1):
+            for c in range(first_column, last_column + 1):
+                near[r, c] = min(near[r, c], nearest)
+                far[r, c] = max(far[r, c], farthest)
+
+
 @numba.njit(parallel=True, fastmath=True, cache=True)
-def project(volume, source, corner, per_column, per_row, inverse_intrinsics, step_mm, image):
+def project(
+    volume, size, source, corner, per_column, per_row, inverse_intrinsics, step_mm, near, far, image
+):  # fmt: skip
     """Line integrals of a trilinear volume by the midpoint rule.
 
-    volume: (D, H, W) float32, zero on its border; source, corner, per_column, per_row: (3,) float64, so that a
-    pixel (c, r) looks from ``source`` along ``corner + c per_column + r per_row`` (index units per mm of depth);
-    image: (rows, columns) float32, overwritten.
+    volume: flat float32, zero on its border, of ``size`` (D, H, W); source, corner, per_column, per_row: (3,)
+    float64, so that a pixel (c, r) looks from ``source`` along ``corner + c per_column + r per_row`` (index units per
+    mm of depth); near, far: depths per tile of the image; image: (rows, columns) float32 of zeros, filled.
     """
-    depth, height, width = volume.shape
+    depth, height, width = size
     rows, columns = image.shape
+    low, high = (0.0, 0.0, 0.0), (width - 1.0, height - 1.0, depth - 1.0)
+    zero, last_i, last_j, last_k = np.int32(0), np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
+    next_j, next_k = np.int32(width), np.int32(width * height)
     for row in numba.prange(rows):
         for column in range(columns):
-            dx = corner[0] + column * per_column[0] + row * per_row[0]
-            dy = corner[1] + column * per_column[1] + row * per_row[1]
-            dz = corner[2] + column * per_column[2] + row * per_row[2]
-            u = inverse_intrinsics[0, 0] * column + inverse_intrinsics[0, 1] * row + inverse_intrinsics[0, 2]
-            v = inverse_intrinsics[1, 1] * row + inverse_intrinsics[1, 2]
-            stretch = math.sqrt(u * u + v * v + 1.0)
-            ds = step_mm / stretch
-            near, far = _clip(source[0], dx, 0.0, 1e9, width - 1.0)
-            near, far = _clip(source[1], dy, near, far, height - 1.0)
-            near, far = _clip(source[2], dz, near, far, depth - 1.0)
+            start, end = near[row // TILE, column // TILE], far[row // TILE, column // TILE]
+            if end <= start:
+                continue
+            along = direction_of(row, column, corner, per_column, per_row)
+            pixel = place_of(row, column, inverse_intrinsics)
+            count, s, ds = samples_of_ray(source, along, pixel, step_mm, start, end, low, high)
             total = np.float32(0.0)
-            if far > near:
-                first = math.ceil(near / ds - 0.5)
-                count = int(math.floor(far / ds - 0.5)) - int(first) + 1
-                s = (first + 0.5) * ds
-                x = np.float32(source[0] + s * dx)
-                y = np.float32(source[1] + s * dy)
-                z = np.float32(source[2] + s * dz)
-                sx = np.float32(ds * dx)
-                sy = np.float32(ds * dy)
-                sz = np.float32(ds * dz)
-                for n in range(count):
-                    px = x + n * sx
-                    py = y + n * sy
-                    pz = z + n * sz
-                    i = min(max(int(px), 0), width - 2)
-                    j = min(max(int(py), 0), height - 2)
-                    k = min(max(int(pz), 0), depth - 2)
-                    fx = px - np.float32(i)
-                    fy = py - np.float32(j)
-                    fz = pz - np.float32(k)
-                    c00 = volume[k, j, i] + fx * (volume[k, j, i + 1] - volume[k, j, i])
-                    c01 = volume[k, j + 1, i] + fx * (volume[k, j + 1, i + 1] - volume[k, j + 1, i])
-                    c10 = volume[k + 1, j, i] + fx * (volume[k + 1, j, i + 1] - volume[k + 1, j, i])
-                    c11 = volume[k + 1, j + 1, i] + fx * (
-                        volume[k + 1, j + 1, i + 1] - volume[k + 1, j + 1, i]
-                    )
-                    c0 = c00 + fy * (c01 - c00)
-                    c1 = c10 + fy * (c11 - c10)
-                    total += c0 + fz * (c1 - c0)
+            x, sx = np.float32(source[0] + s * along[0]), np.float32(ds * along[0])
+            y, sy = np.float32(source[1] + s * along[1]), np.float32(ds * along[1])
+            z, sz = np.float32(source[2] + s * along[2]), np.float32(ds * along[2])
+            for n in range(count):
+                m = np.float32(n)
+                px, py, pz = x + m * sx, y + m * sy, z + m * sz
+                i = min(max(np.int32(px), zero), last_i)
+                j = min(max(np.int32(py), zero), last_j)
+                k = min(max(np.int32(pz), zero), last_k)
+                fx, fy, fz = px - np.float32(i), py - np.float32(j), pz - np.float32(k)
+                at = np.int32(np.int32(np.int32(k * next_k) + np.int32(j * next_j)) + i)
+                a00, a01 = volume[at], volume[at + next_j]
+                a10, a11 = volume[at + next_k], volume[at + next_k + next_j]
+                c00 = a00 + fx * (volume[at + 1] - a00)
+                c01 = a01 + fx * (volume[at + next_j + 1] - a01)
+                c10 = a10 + fx * (volume[at + next_k + 1] - a10)
+                c11 = a11 + fx * (volume[at + next_k + next_j + 1] - a11)
+                c0, c1 = c00 + fy * (c01 - c00), c10 + fy * (c11 - c10)
+                total += c0 + fz * (c1 - c0)
             image[row, column] = total * np.float32(step_mm)
 
 
 @numba.njit(parallel=True, fastmath=True, cache=True)
 def project_with_moments(
-    volume, source, corner, per_column, per_row, inverse_intrinsics, step_mm, image, moments
-):
+    volume, size, source, corner, per_column, per_row, inverse_intrinsics, step_mm, near, far, image, moments
+):  # fmt: skip
     """As :func:`project`, with the moments from which the Jacobian of a rigid motion follows.
 
-    moments: (rows, columns, 6) float32 receives the integral of the volume's gradient in index units (3) and of
-    depth times that gradient (3): a rigid motion displaces a point of the ray linearly in its depth, so these six
-    numbers give all six partial derivatives.
+    moments: (rows, columns, 6) float32 of zeros, receives the integral of the volume's gradient in index units (3)
+    and of depth times that gradient (3): a rigid motion displaces a point of the ray linearly in its depth, so these
+    six numbers give all six partial derivatives.
     """
-    depth, height, width = volume.shape
+    depth, height, width = size
     rows, columns = image.shape
+    low, high = (0.0, 0.0, 0.0), (width - 1.0, height - 1.0, depth - 1.0)
+    zero, last_i, last_j, last_k = np.int32(0), np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
+    next_j, next_k = np.int32(width), np.int32(width * height)
+    weight = np.float32(step_mm)
     for row in numba.prange(rows):
         for column in range(columns):
-            dx = corner[0] + column * per_column[0] + row * per_row[0]
-            dy = corner[1] + column * per_column[1] + row * per_row[1]
-            dz = corner[2] + column * per_column[2] + row * per_row[2]
-            u = inverse_intrinsics[0, 0] * column + inverse_intrinsics[0, 1] * row + inverse_intrinsics[0, 2]
-            v = inverse_intrinsics[1, 1] * row + inverse_intrinsics[1, 2]
-            stretch = math.sqrt(u * u + v * v + 1.0)
-            ds = step_mm / stretch
-            near, far = _clip(source[0], dx, 0.0, 1e9, width - 1.0)
-            near, far = _clip(source[1], dy, near, far, height - 1.0)
-            near, far = _clip(source[2], dz, near, far, depth - 1.0)
+            start, end = near[row // TILE, column // TILE], far[row // TILE, column // TILE]
+            if end <= start:
+                continue
+            along = direction_of(row, column, corner, per_column, per_row)
+            pixel = place_of(row, column, inverse_intrinsics)
+            count, s, ds = samples_of_ray(source, along, pixel, step_mm, start, end, low, high)
             total = np.float32(0.0)
-            gx = np.float32(0.0)
-            gy = np.float32(0.0)
-            gz = np.float32(0.0)
-            hx = np.float32(0.0)
-            hy = np.float32(0.0)
-            hz = np.float32(0.0)
-            if far > near:
-                first = math.ceil(near / ds - 0.5)
-                count = int(math.floor(far / ds - 0.5)) - int(first) + 1
-                s = (first + 0.5) * ds
-                x = np.float32(source[0] + s * dx)
-                y = np.float32(source[1] + s * dy)
-                z = np.float32(source[2] + s * dz)
-                sx = np.float32(ds * dx)
-                sy = np.float32(ds * dy)
-                sz = np.float32(ds * dz)
-                for n in range(count):
-                    px = x + n * sx
-                    py = y + n * sy
-                    pz = z + n * sz
-                    i = min(max(int(px), 0), width - 2)
-                    j = min(max(int(py), 0), height - 2)
-                    k = min(max(int(pz), 0), depth - 2)
-                    fx = px - np.float32(i)
-                    fy = py - np.float32(j)
-                    fz = pz - np.float32(k)
-                    a00 = volume[k, j, i]
-                    a01 = volume[k, j + 1, i]
-                    a10 = volume[k + 1, j, i]
-                    a11 = volume[k + 1, j + 1, i]
-                    d00 = volume[k, j, i + 1] - a00
-                    d01 = volume[k, j + 1, i + 1] - a01
-                    d10 = volume[k + 1, j, i + 1] - a10
-                    d11 = volume[k + 1, j + 1, i + 1] - a11
-                    c00 = a00 + fx * d00
-                    c01 = a01 + fx * d01
-                    c10 = a10 + fx * d10
-                    c11 = a11 + fx * d11
-                    c0 = c00 + fy * (c01 - c00)
-                    c1 = c10 + fy * (c11 - c10)
-                    e0 = d00 + fy * (d01 - d00)
-                    e1 = d10 + fy * (d11 - d10)
-                    tx = e0 + fz * (e1 - e0)
-                    ty = (c01 - c00) + fz * ((c11 - c10) - (c01 - c00))
-                    tz = c1 - c0
-                    total += c0 + fz * tz
-                    gx += tx
-                    gy += ty
-                    gz += tz
-                    m = np.float32(n)
-                    hx += m * tx
-                    hy += m * ty
-                    hz += m * tz
-                # depth of sample n is s + n ds: fold that in once a ray
-                s32 = np.float32(s)
-                ds32 = np.float32(ds)
-                hx = s32 * gx + ds32 * hx
-                hy = s32 * gy + ds32 * hy
-                hz = s32 * gz + ds32 * hz
-            weight = np.float32(step_mm)
+            gx, gy, gz = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+            hx, hy, hz = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+            x, sx = np.float32(source[0] + s * along[0]), np.float32(ds * along[0])
+            y, sy = np.float32(source[1] + s * along[1]), np.float32(ds * along[1])
+            z, sz = np.float32(source[2] + s * along[2]), np.float32(ds * along[2])
+            for n in range(count):
+                m = np.float32(n)
+                px, py, pz = x + m * sx, y + m * sy, z + m * sz
+                i = min(max(np.int32(px), zero), last_i)
+                j = min(max(np.int32(py), zero), last_j)
+                k = min(max(np.int32(pz), zero), last_k)
+                fx, fy, fz = px - np.float32(i), py - np.float32(j), pz - np.float32(k)
+                at = np.int32(np.int32(np.int32(k * next_k) + np.int32(j * next_j)) + i)
+                a00, a01 = volume[at], volume[at + next_j]
+                a10, a11 = volume[at + next_k], volume[at + next_k + next_j]
+                d00, d01 = volume[at + 1] - a00, volume[at + next_j + 1] - a01
+                d10, d11 = volume[at + next_k + 1] - a10, volume[at + next_k + next_j + 1] - a11
+                c00, c01 = a00 + fx * d00, a01 + fx * d01
+                c10, c11 = a10 + fx * d10, a11 + fx * d11
+                c0, c1 = c00 + fy * (c01 - c00), c10 + fy * (c11 - c10)
+                e0, e1 = d00 + fy * (d01 - d00), d10 + fy * (d11 - d10)
+                tx = e0 + fz * (e1 - e0)
+                ty = (c01 - c00) + fz * ((c11 - c10) - (c01 - c00))
+                tz = c1 - c0
+                total += c0 + fz * tz
+                gx += tx
+                gy += ty
+                gz += tz
+                hx += m * tx
+                hy += m * ty
+                hz += m * tz
+            # the depth of sample n is s + n ds: folded in once a ray
+            first, between = np.float32(s), np.float32(ds)
             image[row, column] = total * weight
             moments[row, column, 0] = gx * weight
             moments[row, column, 1] = gy * weight
             moments[row, column, 2] = gz * weight
-            moments[row, column, 3] = hx * weight
-            moments[row, column, 4] = hy * weight
-            moments[row, column, 5] = hz * weight
+            moments[row, column, 3] = (first * gx + between * hx) * weight
+            moments[row, column, 4] = (first * gy + between * hy) * weight
+            moments[row, column, 5] = (first * gz + between * hz) * weight

@@ -7,12 +7,14 @@ frame in which the body's voxels lie; the pose is perturbed on the left, about t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.camera import Camera, rigid_inverse
 from PolyPoseLib.rendering.backend import Backend, IndexRays
+from PolyPoseLib.rendering.occupancy import OccupiedBlocks, occupied_blocks
 
 Window = tuple[int, int, int, int]
 """Row 0, row 1, column 0, column 1 of a part of an image, ends excluded."""
@@ -29,17 +31,23 @@ class Body:
     voxels: np.ndarray
     affine: np.ndarray
     centre: np.ndarray
-    world_to_index: np.ndarray = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        """Cache the inverse affine."""
-        object.__setattr__(self, "world_to_index", np.linalg.inv(self.affine))
+    @cached_property
+    def world_to_index(self) -> np.ndarray:
+        """(4, 4) moving LPS mm to index (i, j, k)."""
+        return np.linalg.inv(self.affine)
 
+    @cached_property
     def corners(self) -> np.ndarray:
         """(8, 3) moving LPS mm of the box's corners."""
         size = np.array(self.voxels.shape[::-1]) - 1
         index = np.array([[a, b, c] for a in (0, 1) for b in (0, 1) for c in (0, 1)]) * size
         return index @ self.affine[:3, :3].T + self.affine[:3, 3]
+
+    @cached_property
+    def occupied(self) -> OccupiedBlocks:
+        """Where the voxels are not zero."""
+        return occupied_blocks(self.voxels)
 
 
 def mask_centroid(mask: np.ndarray, affine: np.ndarray) -> np.ndarray:
@@ -62,8 +70,8 @@ class BodyProjection:
 
 def footprint(body: Body, camera: Camera, fixed_to_moving: np.ndarray) -> Window:
     """The smallest window of the image that holds the projection of the body's box; empty when it is outside."""
-    moving_to_fixed = np.linalg.inv(fixed_to_moving)
-    corners = body.corners() @ moving_to_fixed[:3, :3].T + moving_to_fixed[:3, 3]
+    moving_to_fixed = rigid_inverse(fixed_to_moving)
+    corners = body.corners @ moving_to_fixed[:3, :3].T + moving_to_fixed[:3, 3]
     in_camera = corners @ camera.extrinsic[:3, :3].T + camera.extrinsic[:3, 3]
     if (in_camera[:, 2] <= 1.0).any():
         return 0, camera.height, 0, camera.width
@@ -94,7 +102,7 @@ def project_body(
         empty = np.zeros((6, rows, columns), np.float32) if jacobian else None
         return BodyProjection(window, np.zeros((rows, columns), np.float32), empty)
     rays = index_rays(body, camera, fixed_to_moving, window)
-    image, moments = backend.project(body.voxels, rays, step_mm, (rows, columns), jacobian)
+    image, moments = backend.project(body.voxels, rays, step_mm, (rows, columns), jacobian, body.occupied)
     if moments is None:
         return BodyProjection(window, image, None)
     return BodyProjection(window, image, _jacobian(body, camera, fixed_to_moving, window, moments))
@@ -105,7 +113,7 @@ def index_rays(body: Body, camera: Camera, fixed_to_moving: np.ndarray, window: 
     to_index = body.world_to_index @ fixed_to_moving
     rotation = camera.extrinsic[:3, :3]
     source = -rotation.T @ camera.extrinsic[:3, 3]
-    inverse_intrinsics = np.linalg.inv(camera.intrinsics)
+    inverse_intrinsics = camera.inverse_intrinsics.copy()
     # Pixels are counted from the window's first one.
     inverse_intrinsics[:, 2] += inverse_intrinsics[:, 0] * window[2] + inverse_intrinsics[:, 1] * window[0]
     directions = to_index[:3, :3] @ rotation.T @ inverse_intrinsics
@@ -130,10 +138,9 @@ def _jacobian(
     rotation = fixed_to_moving[:3, :3] @ camera.extrinsic[:3, :3].T
     source = fixed_to_moving[:3, :3] @ (-camera.extrinsic[:3, :3].T @ camera.extrinsic[:3, 3])
     start = source + fixed_to_moving[:3, 3] - body.centre
-    inverse = np.linalg.inv(camera.intrinsics)
     rows = np.arange(window[0], window[1])[:, None, None]
     columns = np.arange(window[2], window[3])[None, :, None]
-    directions = rotation @ inverse
+    directions = rotation @ camera.inverse_intrinsics
     direction = (directions[:, 2] + columns * directions[:, 0] + rows * directions[:, 1]).astype(np.float32)
     turning = _cross(start.astype(np.float32), gradient) + _cross(direction, by_depth)
     return np.ascontiguousarray(np.moveaxis(np.concatenate([turning, gradient], axis=-1), -1, 0))

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from PolyPoseLib.rendering.backend import IndexField, IndexRays
+from PolyPoseLib.rendering.occupancy import OccupiedBlocks
 
 SAMPLES_PER_CHUNK = 1 << 20
 """Ray samples held at once on a CPU; about 100 bytes each."""
@@ -29,7 +30,13 @@ class TorchBackend:
         self._resident: dict[int, tuple[np.ndarray, Tensor]] = {}
 
     def project(
-        self, voxels: np.ndarray, rays: IndexRays, step_mm: float, shape: tuple[int, int], moments: bool
+        self,
+        voxels: np.ndarray,
+        rays: IndexRays,
+        step_mm: float,
+        shape: tuple[int, int],
+        moments: bool,
+        occupied: OccupiedBlocks | None = None,
     ) -> tuple[np.ndarray, np.ndarray | None]:
         """See :class:`PolyPoseLib.rendering.backend.Backend`."""
         volume = self._on_device(voxels)
@@ -48,7 +55,13 @@ class TorchBackend:
         return image, (torch.cat(sums) * step_mm).reshape(*shape, 6).cpu().numpy()
 
     def project_warped(
-        self, voxels: np.ndarray, field: IndexField, rays: IndexRays, step_mm: float, shape: tuple[int, int]
+        self,
+        voxels: np.ndarray,
+        field: IndexField,
+        rays: IndexRays,
+        step_mm: float,
+        shape: tuple[int, int],
+        occupied: OccupiedBlocks | None = None,
     ) -> np.ndarray:
         """See :class:`PolyPoseLib.rendering.backend.Backend`."""
         volume = self._on_device(voxels)

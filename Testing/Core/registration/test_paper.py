@@ -180,7 +180,7 @@ def test_a_camera_is_found_by_the_anchor():
         case.study.ct, scene, measured, fastest_backend(), Monitor(steps.append, None), "camera", levels
     )
     body = anchor_body(case.study.ct, scene, None)
-    corners = body.corners()
+    corners = body.corners
     before, after = (projection_error_px(c, case.cameras[0], corners) for c in (guess, found))
     assert len(steps) == 80 and steps[-1].similarity > steps[0].similarity
     assert after < 0.3 * before, (after, before)

@@ -131,3 +131,25 @@ def test_local_contrast_derivative(seed: int) -> None:
     found = np.zeros((30, 36))
     found[window[0] : window[1], window[2] : window[3]] = derivative[0]
     np.testing.assert_allclose(found, numeric, atol=2e-3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_cropping_views_to_their_weights_changes_no_cost(scene: Scene, seed: int) -> None:
+    rng = np.random.default_rng(20 + seed)
+    problem = _problem(scene, _poses(scene, rng, 3, 3))
+    state = State(_poses(scene, rng, 3, 3), np.stack([np.eye(4)] * 2))
+    for view in problem.views:
+        view.static = rng.normal(2, 0.05, view.static.shape).astype(np.float32)
+        height, width = view.weight.shape
+        row, column = rng.integers(0, height // 2), rng.integers(0, width // 2)
+        view.weight = np.zeros_like(view.weight)
+        view.weight[row : row + height // 4, column : column + width // 3] = rng.uniform(0.1, 1)
+        view.noise_share = np.zeros(())
+    whole = problem.normal_equations(state)
+    shapes = [view.weight.shape for view in problem.views]
+    problem.views = [view.cropped_to_weight() for view in problem.views]
+    assert all(view.weight.size < np.prod(shape) for view, shape in zip(problem.views, shapes, strict=True))
+    part = problem.normal_equations(state)
+    assert part.cost == pytest.approx(whole.cost, rel=1e-4)
+    np.testing.assert_allclose(part.gradient, whole.gradient, atol=2e-3 * np.abs(whole.gradient).max())
+    np.testing.assert_allclose(part.matrix, whole.matrix, atol=2e-3 * np.abs(whole.matrix).max())
