@@ -18,7 +18,14 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from benchmark_cases import STRUCTURES, VIEWS, case_folder, fused_study, parse_views
+from benchmark_cases import (
+    STRUCTURES,
+    VIEWS,
+    case_folder,
+    fused_study,
+    parse_views,
+    study_of_true_cameras,
+)
 from benchmark_runs import RESULTS, register_and_score
 from benchmark_tables import machine, write_tables
 
@@ -28,8 +35,9 @@ from PolyPoseLib.evaluation.truth import Truth
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.warp.field import DisplacementField, covering_grid
 
-MODES = ("still", "rigid", "paper", "default", "fast")
-"""still: nothing done; rigid: all bones but the anchor as one body; the others are presets."""
+MODES = ("still", "rigid", "paper", "paper_true_cameras", "default", "fast")
+"""still: nothing done; rigid: all bones but the anchor as one body; paper_true_cameras: the preset paper, spared the
+search for cameras; the others are presets."""
 
 LAWS = {"harmonic": "Laplace's equation", "elastic": "linear elasticity with a free skin"}
 """Laws of the truths' soft tissue."""
@@ -106,9 +114,11 @@ def run_row(anatomy: str, views: str, seed: int, mode: str, arguments: argparse.
     truth = Truth.load(folder / "truth")
     if mode == "still":
         return still(folder, truth)
-    stands_for = fused_study(folder) if mode == "rigid" else None
-    study = folder / ("study_rigid.json" if mode == "rigid" else "study.json")
-    preset = mode if mode in ("paper", "fast") else "default"
+    study, preset, stands_for = folder / "study.json", mode, None
+    if mode == "rigid":
+        study, preset, stands_for = folder / "study_rigid.json", "default", fused_study(folder)
+    elif mode == "paper_true_cameras":
+        study, preset = study_of_true_cameras(folder, truth.cameras), "paper"
     return register_and_score(study, truth, mode, arguments, preset, stands_for)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from PolyPoseLib.evaluation.simulate import (
     structures_centre,
     view_cameras,
 )
+from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.imaging.label_names import label_table
 from PolyPoseLib.imaging.structures import structures_from_labels
 from PolyPoseLib.imaging.volume import Volume, read_ct, read_volume
@@ -121,6 +122,16 @@ def fused_study(folder: Path) -> dict[str, str]:
     fields["structures"], stands_for = fuse(fields["structures"], {"body": moving})
     (folder / "study_rigid.json").write_text(json.dumps(fields, indent=1))
     return stands_for
+
+
+def study_of_true_cameras(folder: Path, cameras: Sequence[Camera]) -> Path:
+    """Write study_true_cameras.json, in which every camera is known and true; returns its path."""
+    fields = json.loads((folder / "study.json").read_text())
+    for xray, camera in zip(fields["xrays"], cameras, strict=True):
+        xray |= {"camera": "known", "extrinsic": camera.extrinsic.tolist()}
+    path = folder / "study_true_cameras.json"
+    path.write_text(json.dumps(fields, indent=1))
+    return path
 
 
 def fuse(

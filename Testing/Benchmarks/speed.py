@@ -80,7 +80,13 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--rounds", type=int, default=5, help="turns of every contestant (default: 5)")
     parser.add_argument("--threads", type=int, default=2, help="of all contestants (default: 2)")
     parser.add_argument("--pixels", type=int, default=200, help="rows and columns (default: 200)")
-    parser.add_argument("--presets", nargs="+", default=["default", "paper"], help="whole registrations")
+    parser.add_argument(
+        "--presets",
+        nargs="+",
+        default=["default", "fast", "paper", "paper/torch"],
+        help="whole registrations: presets, each with a kernel if need be (default: default fast paper paper/torch; "
+        "the last is the published method as plain torch runs it, and takes many minutes)",
+    )
     parser.add_argument("--limit", type=float, default=7200, metavar="SECONDS", help="of one registration")
     parser.add_argument(
         "--quick", action="store_true", help="one round of small sizes: to see that it runs, not to quote"
@@ -188,15 +194,26 @@ def time_registrations(arguments: argparse.Namespace) -> dict:
     """Whole registrations of the simulated pelvis in processes of their own."""
     folder = case_folder("pelvis", "2x30", 0, 2 * arguments.pixels, arguments.work)
     truth, rows = Truth.load(folder / "truth"), {}
-    for preset in arguments.presets:
-        output = folder / f"speed_{preset}"
-        command = register_command(folder / "study.json", output, preset, threads=arguments.threads)
-        row = run_measured(command, folder / f"speed_{preset}.txt", arguments.limit)
+    for name in arguments.presets:
+        preset, _, kernel = name.partition("/")
+        study = with_kernel(folder / "study.json", kernel) if kernel else folder / "study.json"
+        output = folder / f"speed_{preset}{kernel}"
+        command = register_command(study, output, preset, threads=arguments.threads)
+        row = run_measured(command, output.with_suffix(".txt"), arguments.limit)
         if row["exit_status"] in (0, 3):
             row |= {"summary": score_result(output, truth, None)["summary"]}
             row["stages"] = json.loads((output / "result.json").read_text())["seconds"]
-        rows[preset] = row
+        rows[name] = row
     return rows
+
+
+def with_kernel(study: Path, kernel: str) -> Path:
+    """A copy of a study's file beside it, with the option "kernel"."""
+    fields = json.loads(study.read_text())
+    fields["options"] = fields.get("options", {}) | {"kernel": kernel}
+    copy = study.with_name(f"study_{kernel}.json")
+    copy.write_text(json.dumps(fields))
+    return copy
 
 
 BASE = {"views": 2, "pixels": 200, "structures": 6, "voxels": 128}
