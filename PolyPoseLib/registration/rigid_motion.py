@@ -17,11 +17,19 @@ def perturbation(delta: np.ndarray) -> np.ndarray:
 
 
 def rotation_matrix(vector: np.ndarray) -> np.ndarray:
-    """(3, 3) rotation by the vector (3,) rad: Rodrigues' formula, many times faster than scipy's for a single one."""
-    angle = math.sqrt(vector @ vector)
-    wedge = skew(vector)
-    half = np.sinc(angle / (2 * np.pi))
-    return np.eye(3) + np.sinc(angle / np.pi) * wedge + half * half / 2 * (wedge @ wedge)
+    """(3, 3) rotation by the vector (3,) rad: Rodrigues' formula, ten times faster than scipy's for a single one."""
+    x, y, z = vector.tolist()
+    angle = math.sqrt(x * x + y * y + z * z)
+    first = math.sin(angle) / angle if angle > 1e-8 else 1.0
+    half = math.sin(angle / 2) / (angle / 2) if angle > 1e-8 else 1.0
+    second = half * half / 2
+    return np.array(
+        [
+            [1 - second * (y * y + z * z), second * x * y - first * z, second * x * z + first * y],
+            [second * x * y + first * z, 1 - second * (x * x + z * z), second * y * z - first * x],
+            [second * x * z - first * y, second * y * z + first * x, 1 - second * (x * x + y * y)],
+        ]
+    )
 
 
 def rotation_vectors(rotations: np.ndarray) -> np.ndarray:
@@ -30,7 +38,7 @@ def rotation_vectors(rotations: np.ndarray) -> np.ndarray:
     sines = np.stack([twist[..., 2, 1], twist[..., 0, 2], twist[..., 1, 0]], axis=-1) / 2
     cosine = (np.trace(rotations, axis1=-2, axis2=-1) - 1) / 2
     if (cosine <= 0).any():
-        return Rotation.from_matrix(rotations).as_rotvec()
+        return Rotation.from_matrix(rotations.reshape(-1, 3, 3)).as_rotvec().reshape(sines.shape)
     sine = np.sqrt((sines * sines).sum(axis=-1))
     return sines / np.sinc(np.arctan2(sine, cosine) / np.pi)[..., None]
 

@@ -4,6 +4,8 @@ Compiled with numba on first use; callers go through :class:`PolyPoseLib.renderi
 All coordinates are voxel indices (i, j, k) of a volume that is padded with one layer of zeros, so that the
 interpolant falls to zero continuously at the box. Volumes are passed flat, and indices counted in 32 bits: the
 compiler then gathers the voxels of many samples at once.
+
+All kernels stand in one file because numba's cache looks at the file of a kernel alone, not at those it imports from.
 """
 
 import math
@@ -13,6 +15,12 @@ import numpy as np
 
 TILE = 4
 """Pixels along the edge of the image's tiles; each has its own range of depths."""
+
+FARTHEST = 1e30
+"""Stands for infinity, which the compiler may take for something that never happens."""
+
+_SURROUNDS = 1e-6
+"""A block whose nearest depth is a smaller share of its farthest is taken to surround the source."""
 
 
 @numba.njit(inline="always", fastmath=True)
@@ -30,7 +38,7 @@ def _clip(origin, direction, near, far, low, high):
 
 
 @numba.njit(inline="always", fastmath=True)
-def samples_of_ray(source, along, pixel, step_mm, near, far, low, high):
+def _samples_of_ray(source, along, pixel, step_mm, near, far, low, high):
     """Samples of one ray: their number, the first one's depth, and their distance in depth.
 
     source, along: (3,) indices, and indices per mm of depth; pixel: (2,) place on the plane at depth 1; near, far:
@@ -49,7 +57,7 @@ def samples_of_ray(source, along, pixel, step_mm, near, far, low, high):
 
 
 @numba.njit(inline="always", fastmath=True)
-def direction_of(row, column, corner, per_column, per_row):
+def _direction(row, column, corner, per_column, per_row):
     """Index units per mm of depth along the ray of a pixel."""
     return (
         corner[0] + column * per_column[0] + row * per_row[0],
@@ -59,7 +67,7 @@ def direction_of(row, column, corner, per_column, per_row):
 
 
 @numba.njit(inline="always", fastmath=True)
-def place_of(row, column, inverse_intrinsics):
+def _place(row, column, inverse_intrinsics):
     """Where the ray of a pixel meets the plane at depth 1."""
     return (
         inverse_intrinsics[0, 0] * column + inverse_intrinsics[0, 1] * row + inverse_intrinsics[0, 2],
@@ -67,16 +75,72 @@ def place_of(row, column, inverse_intrinsics):
     )
 
 
+@numba.njit(inline="always", fastmath=True)
+def _cell(position, last):
+    """Lower end, as a 32-bit index up to ``last``, of the cell of a coordinate, and the fraction inside it."""
+    lower = min(max(np.int32(position), np.int32(0)), last)
+    return lower, position - np.float32(lower)
+
+
+@numba.njit(inline="always", fastmath=True)
+def _flat_index(i, j, k, next_j, next_k):
+    """Place of a voxel in the flat volume, in 32 bits."""
+    return np.int32(np.int32(np.int32(k * next_k) + np.int32(j * next_j)) + i)
+
+
+@numba.njit(inline="always", fastmath=True)
+def _value(volume, at, next_j, next_k, fx, fy, fz):
+    """Trilinear value in the cell whose first voxel is ``at``."""
+    a00, a01 = volume[at], volume[at + next_j]
+    a10, a11 = volume[at + next_k], volume[at + next_k + next_j]
+    c00 = a00 + fx * (volume[at + 1] - a00)
+    c01 = a01 + fx * (volume[at + next_j + 1] - a01)
+    c10 = a10 + fx * (volume[at + next_k + 1] - a10)
+    c11 = a11 + fx * (volume[at + next_k + next_j + 1] - a11)
+    c0, c1 = c00 + fy * (c01 - c00), c10 + fy * (c11 - c10)
+    return c0 + fz * (c1 - c0)
+
+
+@numba.njit(inline="always", fastmath=True)
+def _value_and_gradient(volume, at, next_j, next_k, fx, fy, fz):
+    """Trilinear value, and its derivatives by the index, in the cell whose first voxel is ``at``."""
+    a00, a01 = volume[at], volume[at + next_j]
+    a10, a11 = volume[at + next_k], volume[at + next_k + next_j]
+    d00, d01 = volume[at + 1] - a00, volume[at + next_j + 1] - a01
+    d10, d11 = volume[at + next_k + 1] - a10, volume[at + next_k + next_j + 1] - a11
+    c00, c01 = a00 + fx * d00, a01 + fx * d01
+    c10, c11 = a10 + fx * d10, a11 + fx * d11
+    c0, c1 = c00 + fy * (c01 - c00), c10 + fy * (c11 - c10)
+    e0, e1 = d00 + fy * (d01 - d00), d10 + fy * (d11 - d10)
+    by_y = (c01 - c00) + fz * ((c11 - c10) - (c01 - c00))
+    return c0 + fz * (c1 - c0), e0 + fz * (e1 - e0), by_y, c1 - c0
+
+
+@numba.njit(inline="always", fastmath=True)
+def _displacement(field, at, next_j, next_k, fx, fy, fz):
+    """One component of a field in the cell whose first node's component is ``at``."""
+    ex, ey, ez = np.float32(1.0) - fx, np.float32(1.0) - fy, np.float32(1.0) - fz
+    return (
+        ez * ey * (ex * field[at] + fx * field[at + 3])
+        + ez * fy * (ex * field[at + next_j] + fx * field[at + next_j + 3])
+        + fz * ey * (ex * field[at + next_k] + fx * field[at + next_k + 3])
+        + fz * fy * (ex * field[at + next_k + next_j] + fx * field[at + next_k + next_j + 3])
+    )
+
+
 @numba.njit(fastmath=True, cache=True)
 def depth_ranges(centres, half_edges, source, to_pixels, near, far):
-    """Depths between which the rays of every tile of an image can meet any of some blocks.
+    """Depths (mm) between which the rays of every tile of an image can meet any of some blocks.
 
     centres: (M, 3) indices of the blocks' centres; half_edges: (3,) of the blocks; source: (3,); to_pixels: (3, 3)
     takes a direction from the source, in indices, to (depth column, depth row, depth); near, far: (tile rows, tile
     columns), overwritten; where no block projects, far is less than near.
+
+    A tile's range holds all depths of every block whose bounds in the image touch it, hence all that its rays meet.
     """
-    near[:] = np.inf
-    far[:] = -np.inf
+    near[:] = FARTHEST
+    far[:] = -FARTHEST
+    farthest_around = 0.0
     half = np.abs(to_pixels) @ half_edges
     for block in range(len(centres)):
         way = centres[block] - source
@@ -84,10 +148,8 @@ def depth_ranges(centres, half_edges, source, to_pixels, near, far):
         down = to_pixels[1, 0] * way[0] + to_pixels[1, 1] * way[1] + to_pixels[1, 2] * way[2]
         depth = to_pixels[2, 0] * way[0] + to_pixels[2, 1] * way[1] + to_pixels[2, 2] * way[2]
         nearest, farthest = depth - half[2], depth + half[2]
-        if nearest <= 0.0:  # it surrounds the source: every ray may meet it
-            if farthest > 0.0:
-                near[:] = 0.0
-                far[:] = np.maximum(far, farthest)
+        if nearest <= _SURROUNDS * farthest:  # around the source, where every ray may meet it, or behind it
+            farthest_around = max(farthest_around, farthest)
             continue
         column, row = across / depth, down / depth
         # |a / d - a0 / d0| = |(a - a0) - (a0 / d0) (d - d0)| / d
@@ -104,6 +166,9 @@ def depth_ranges(centres, half_edges, source, to_pixels, near, far):
             for c in range(first_column, last_column + 1):
                 near[r, c] = min(near[r, c], nearest)
                 far[r, c] = max(far[r, c], farthest)
+    if farthest_around > 0.0:
+        near[:] = 0.0
+        far[:] = np.maximum(far, farthest_around)
 
 
 @numba.njit(parallel=True, fastmath=True, cache=True)
@@ -119,36 +184,26 @@ def project(
     depth, height, width = size
     rows, columns = image.shape
     low, high = (0.0, 0.0, 0.0), (width - 1.0, height - 1.0, depth - 1.0)
-    zero, last_i, last_j, last_k = np.int32(0), np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
+    last_i, last_j, last_k = np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
     next_j, next_k = np.int32(width), np.int32(width * height)
     for row in numba.prange(rows):
         for column in range(columns):
             start, end = near[row // TILE, column // TILE], far[row // TILE, column // TILE]
             if end <= start:
                 continue
-            along = direction_of(row, column, corner, per_column, per_row)
-            pixel = place_of(row, column, inverse_intrinsics)
-            count, s, ds = samples_of_ray(source, along, pixel, step_mm, start, end, low, high)
+            along = _direction(row, column, corner, per_column, per_row)
+            pixel = _place(row, column, inverse_intrinsics)
+            count, s, ds = _samples_of_ray(source, along, pixel, step_mm, start, end, low, high)
             total = np.float32(0.0)
             x, sx = np.float32(source[0] + s * along[0]), np.float32(ds * along[0])
             y, sy = np.float32(source[1] + s * along[1]), np.float32(ds * along[1])
             z, sz = np.float32(source[2] + s * along[2]), np.float32(ds * along[2])
             for n in range(count):
                 m = np.float32(n)
-                px, py, pz = x + m * sx, y + m * sy, z + m * sz
-                i = min(max(np.int32(px), zero), last_i)
-                j = min(max(np.int32(py), zero), last_j)
-                k = min(max(np.int32(pz), zero), last_k)
-                fx, fy, fz = px - np.float32(i), py - np.float32(j), pz - np.float32(k)
-                at = np.int32(np.int32(np.int32(k * next_k) + np.int32(j * next_j)) + i)
-                a00, a01 = volume[at], volume[at + next_j]
-                a10, a11 = volume[at + next_k], volume[at + next_k + next_j]
-                c00 = a00 + fx * (volume[at + 1] - a00)
-                c01 = a01 + fx * (volume[at + next_j + 1] - a01)
-                c10 = a10 + fx * (volume[at + next_k + 1] - a10)
-                c11 = a11 + fx * (volume[at + next_k + next_j + 1] - a11)
-                c0, c1 = c00 + fy * (c01 - c00), c10 + fy * (c11 - c10)
-                total += c0 + fz * (c1 - c0)
+                i, fx = _cell(x + m * sx, last_i)
+                j, fy = _cell(y + m * sy, last_j)
+                k, fz = _cell(z + m * sz, last_k)
+                total += _value(volume, _flat_index(i, j, k, next_j, next_k), next_j, next_k, fx, fy, fz)
             image[row, column] = total * np.float32(step_mm)
 
 
@@ -165,7 +220,7 @@ def project_with_moments(
     depth, height, width = size
     rows, columns = image.shape
     low, high = (0.0, 0.0, 0.0), (width - 1.0, height - 1.0, depth - 1.0)
-    zero, last_i, last_j, last_k = np.int32(0), np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
+    last_i, last_j, last_k = np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
     next_j, next_k = np.int32(width), np.int32(width * height)
     weight = np.float32(step_mm)
     for row in numba.prange(rows):
@@ -173,9 +228,9 @@ def project_with_moments(
             start, end = near[row // TILE, column // TILE], far[row // TILE, column // TILE]
             if end <= start:
                 continue
-            along = direction_of(row, column, corner, per_column, per_row)
-            pixel = place_of(row, column, inverse_intrinsics)
-            count, s, ds = samples_of_ray(source, along, pixel, step_mm, start, end, low, high)
+            along = _direction(row, column, corner, per_column, per_row)
+            pixel = _place(row, column, inverse_intrinsics)
+            count, s, ds = _samples_of_ray(source, along, pixel, step_mm, start, end, low, high)
             total = np.float32(0.0)
             gx, gy, gz = np.float32(0.0), np.float32(0.0), np.float32(0.0)
             hx, hy, hz = np.float32(0.0), np.float32(0.0), np.float32(0.0)
@@ -184,24 +239,12 @@ def project_with_moments(
             z, sz = np.float32(source[2] + s * along[2]), np.float32(ds * along[2])
             for n in range(count):
                 m = np.float32(n)
-                px, py, pz = x + m * sx, y + m * sy, z + m * sz
-                i = min(max(np.int32(px), zero), last_i)
-                j = min(max(np.int32(py), zero), last_j)
-                k = min(max(np.int32(pz), zero), last_k)
-                fx, fy, fz = px - np.float32(i), py - np.float32(j), pz - np.float32(k)
-                at = np.int32(np.int32(np.int32(k * next_k) + np.int32(j * next_j)) + i)
-                a00, a01 = volume[at], volume[at + next_j]
-                a10, a11 = volume[at + next_k], volume[at + next_k + next_j]
-                d00, d01 = volume[at + 1] - a00, volume[at + next_j + 1] - a01
-                d10, d11 = volume[at + next_k + 1] - a10, volume[at + next_k + next_j + 1] - a11
-                c00, c01 = a00 + fx * d00, a01 + fx * d01
-                c10, c11 = a10 + fx * d10, a11 + fx * d11
-                c0, c1 = c00 + fy * (c01 - c00), c10 + fy * (c11 - c10)
-                e0, e1 = d00 + fy * (d01 - d00), d10 + fy * (d11 - d10)
-                tx = e0 + fz * (e1 - e0)
-                ty = (c01 - c00) + fz * ((c11 - c10) - (c01 - c00))
-                tz = c1 - c0
-                total += c0 + fz * tz
+                i, fx = _cell(x + m * sx, last_i)
+                j, fy = _cell(y + m * sy, last_j)
+                k, fz = _cell(z + m * sz, last_k)
+                at = _flat_index(i, j, k, next_j, next_k)
+                value, tx, ty, tz = _value_and_gradient(volume, at, next_j, next_k, fx, fy, fz)
+                total += value
                 gx += tx
                 gy += ty
                 gz += tz
@@ -217,3 +260,73 @@ def project_with_moments(
             moments[row, column, 3] = (first * gx + between * hx) * weight
             moments[row, column, 4] = (first * gy + between * hy) * weight
             moments[row, column, 5] = (first * gz + between * hz) * weight
+
+
+@numba.njit(parallel=True, fastmath=True, cache=True)
+def project_warped(
+    volume, size, field, field_size, grid_scale, grid_offset, low, high, source, corner, per_column, per_row,
+    inverse_intrinsics, step_mm, near, far, image,
+):  # fmt: skip
+    """As :func:`project`, of a volume that is warped by a field.
+
+    field: flat float32 displacements in the volume's index units, of ``field_size`` (d, h, w) times 3, on a grid whose
+    coordinate is ``index * grid_scale + grid_offset`` (3,) each; low, high: (3,) index box to which rays are clipped.
+    Beyond the grid the nearest displacement is taken.
+    """
+    depth, height, width = size
+    nodes_k, nodes_j, nodes_i = field_size
+    rows, columns = image.shape
+    scale_x, scale_y, scale_z = (
+        np.float32(grid_scale[0]),
+        np.float32(grid_scale[1]),
+        np.float32(grid_scale[2]),
+    )
+    shift_x, shift_y, shift_z = (
+        np.float32(grid_offset[0]),
+        np.float32(grid_offset[1]),
+        np.float32(grid_offset[2]),
+    )
+    zero = np.float32(0.0)
+    top_x, top_y, top_z = (
+        np.float32(nodes_i - 1.001),
+        np.float32(nodes_j - 1.001),
+        np.float32(nodes_k - 1.001),
+    )
+    end_x, end_y, end_z = np.float32(width - 1.0), np.float32(height - 1.0), np.float32(depth - 1.0)
+    last_i, last_j, last_k = np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
+    last_node_i, last_node_j, last_node_k = (
+        np.int32(nodes_i - 2),
+        np.int32(nodes_j - 2),
+        np.int32(nodes_k - 2),
+    )
+    next_j, next_k = np.int32(width), np.int32(width * height)
+    node_j, node_k = np.int32(3 * nodes_i), np.int32(3 * nodes_i * nodes_j)
+    for row in numba.prange(rows):
+        for column in range(columns):
+            start, end = near[row // TILE, column // TILE], far[row // TILE, column // TILE]
+            if end <= start:
+                continue
+            along = _direction(row, column, corner, per_column, per_row)
+            pixel = _place(row, column, inverse_intrinsics)
+            count, s, ds = _samples_of_ray(source, along, pixel, step_mm, start, end, low, high)
+            total = zero
+            x, sx = np.float32(source[0] + s * along[0]), np.float32(ds * along[0])
+            y, sy = np.float32(source[1] + s * along[1]), np.float32(ds * along[1])
+            z, sz = np.float32(source[2] + s * along[2]), np.float32(ds * along[2])
+            for n in range(count):
+                m = np.float32(n)
+                px, py, pz = x + m * sx, y + m * sy, z + m * sz
+                i, fx = _cell(min(max(px * scale_x + shift_x, zero), top_x), last_node_i)
+                j, fy = _cell(min(max(py * scale_y + shift_y, zero), top_y), last_node_j)
+                k, fz = _cell(min(max(pz * scale_z + shift_z, zero), top_z), last_node_k)
+                at = _flat_index(np.int32(3 * i), j, k, node_j, node_k)
+                px += _displacement(field, at, node_j, node_k, fx, fy, fz)
+                py += _displacement(field, at + 1, node_j, node_k, fx, fy, fz)
+                pz += _displacement(field, at + 2, node_j, node_k, fx, fy, fz)
+                inside = (px > zero) & (py > zero) & (pz > zero) & (px < end_x) & (py < end_y) & (pz < end_z)
+                i, fx = _cell(px, last_i)
+                j, fy = _cell(py, last_j)
+                k, fz = _cell(pz, last_k)
+                value = _value(volume, _flat_index(i, j, k, next_j, next_k), next_j, next_k, fx, fy, fz)
+                total += value if inside else zero
+            image[row, column] = total * np.float32(step_mm)

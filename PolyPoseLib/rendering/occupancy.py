@@ -33,7 +33,8 @@ def occupied_blocks(voxels: np.ndarray) -> OccupiedBlocks:
     occupied = _any_in_blocks(voxels != 0, edge)
     while np.count_nonzero(occupied) > MOST_BLOCKS:
         edge *= 2
-        occupied = _any_in_blocks(voxels != 0, edge)
+        for axis in range(3):  # a block twice as wide holds what either of its halves holds
+            occupied = np.logical_or.reduceat(occupied, np.arange(0, occupied.shape[axis], 2), axis=axis)
     first = np.stack(np.nonzero(occupied)[::-1], axis=-1) * float(edge)
     return OccupiedBlocks(first + edge / 2, edge / 2)
 

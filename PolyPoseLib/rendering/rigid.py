@@ -20,17 +20,21 @@ Window = tuple[int, int, int, int]
 """Row 0, row 1, column 0, column 1 of a part of an image, ends excluded."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Body:
     """Attenuation of one rigid body.
 
-    voxels: (D, H, W) float32 in 1/mm with a border of zeros; affine: (4, 4) index (i, j, k) to moving LPS mm;
-    centre: (3,) LPS mm, about which the pose is perturbed.
+    voxels: (D, H, W) in 1/mm with a border of zeros, float32 and not to be written to; affine: (4, 4) index (i, j, k)
+    to moving LPS mm; centre: (3,) LPS mm, about which the pose is perturbed.
     """
 
     voxels: np.ndarray
     affine: np.ndarray
     centre: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Lay the voxels out once as the kernels take them."""
+        object.__setattr__(self, "voxels", np.ascontiguousarray(self.voxels, np.float32))
 
     @cached_property
     def world_to_index(self) -> np.ndarray:

@@ -21,7 +21,8 @@ def test_rotations_agree_with_scipy(size):
         np.testing.assert_allclose(rotation_vectors(found), vectors, rtol=1e-9, atol=1e-15)
 
 
-def test_any_leading_shape():
-    rotations = Rotation.from_rotvec(np.random.default_rng(1).normal(0, 0.5, (6, 3))).as_matrix()
+@pytest.mark.parametrize("size", [0.5, 1.5])
+def test_any_leading_shape(size):
+    rotations = Rotation.from_rotvec(np.random.default_rng(1).normal(0, size, (6, 3))).as_matrix()
     found = rotation_vectors(rotations.reshape(2, 3, 3, 3))
     np.testing.assert_allclose(found.reshape(6, 3), Rotation.from_matrix(rotations).as_rotvec(), atol=1e-12)

@@ -108,3 +108,44 @@ def test_a_volume_that_no_index_reaches_is_refused():
     huge = np.broadcast_to(np.float32(0), (2048, 2048, 512))
     with pytest.raises(ValueError, match="2147483648 values"):
         backend.project(huge, rays, STEP, (2, 2), False)
+
+
+@pytest.mark.parametrize("ulps", [0, 1, 2, 100])
+def test_a_block_that_the_source_touches_is_seen_everywhere(ulps):
+    pytest.importorskip("numba")
+    from PolyPoseLib.rendering import kernels
+
+    source = np.array([2.0, 0.0, 0.0])
+    for _ in range(ulps):
+        source[0] = np.nextafter(source[0], 3.0)
+    to_pixels = np.linalg.inv(np.array([[0.0, 1e-4, 0.0], [0.0, 0.0, 1e-4], [-1.0, 0.0, 0.0]]).T)
+    near, far = np.zeros((16, 16)), np.zeros((16, 16))
+    kernels.depth_ranges(np.zeros((1, 3)), np.full(3, 2.0), source, to_pixels, near, far)
+    assert (near <= 1e-9).all() and (far >= 4).all()
+
+
+def test_a_grid_without_a_cell_is_refused():
+    body, backend = sparse_body(1), numba_backend()
+    camera, pose = random_view(1, body)
+    rays = index_rays(body, camera, pose, (0, 2, 0, 2))
+    field = IndexField(np.zeros((1, 2, 2, 3), np.float32), np.ones(3), np.zeros(3), np.zeros(3), np.ones(3))
+    with pytest.raises(ValueError, match="no cell"):
+        backend.project_warped(body.voxels, field, rays, STEP, (2, 2))
+
+
+def test_what_is_not_a_number_is_not_hidden_by_the_hint():
+    body, backend = sparse_body(2), numba_backend()
+    camera, pose = random_view(2, body)
+    rays = index_rays(body, camera, pose, (0, 4, 0, 4))
+    rays.source[0] = np.nan
+    hinted, _ = backend.project(body.voxels, rays, STEP, (4, 4), False, body.occupied)
+    plain, _ = backend.project(body.voxels, rays, STEP, (4, 4), False)
+    np.testing.assert_array_equal(hinted, plain)
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_a_body_lays_its_voxels_out_for_the_kernels(order):
+    body = sparse_body(3)
+    other = Body(np.array(body.voxels, np.float64, order=order), body.affine, body.centre)
+    assert other.voxels.flags.c_contiguous and other.voxels.dtype == np.float32
+    np.testing.assert_array_equal(other.voxels, body.voxels)
