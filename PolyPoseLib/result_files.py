@@ -19,6 +19,7 @@ import numpy as np
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera, require_intrinsics, require_rigid
 from PolyPoseLib.imaging.volume import AIR_HU, Volume, read_volume, write_volume
+from PolyPoseLib.input_files import refuse_special_file
 from PolyPoseLib.result import CameraResult, Result, StructureResult
 
 _LOG = logging.getLogger(__name__)
@@ -177,6 +178,7 @@ def read_result(folder: Path) -> Result:
     from PolyPoseLib.warp.field import DisplacementField
 
     path = folder / "result.json"
+    refuse_special_file(path)
     try:
         fields = parse(path.read_text(encoding="utf-8"), str(path))
     except (OSError, UnicodeDecodeError) as error:

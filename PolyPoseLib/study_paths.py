@@ -6,9 +6,8 @@ from pathlib import Path
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.imaging.detached_data import HEADER_ENDINGS, data_place, names_several_files
-
-_PAIRED = (".hdr", ".hdr.gz", ".img", ".img.gz")
-"""Endings of NIfTI and Analyze pairs."""
+from PolyPoseLib.imaging.nifti_pair import pair_of
+from PolyPoseLib.input_files import refuse_special_file
 
 
 def resolve(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
@@ -17,6 +16,7 @@ def resolve(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
     Links are followed first, so a link that leaves the folder is refused as "../" is. Raises InputError.
     """
     target = _named(name, field, folder, allow_outside)
+    refuse_special_file(target, f'"{field}" names "{name}"')
     if not allow_outside:
         for part, place in _parts(target, field, name):
             if not _is_inside(place, folder):
@@ -88,11 +88,8 @@ def _files_behind(path: Path) -> list[Path]:
     """
     if path.is_dir():
         return [file for file in path.rglob("*") if file.is_symlink()]
-    name = path.name.lower()
-    if name.endswith(_PAIRED):
-        return _pair_of(path)
-    if not name.endswith(HEADER_ENDINGS):
-        return []
+    if not path.name.lower().endswith(HEADER_ENDINGS):
+        return pair_of(path)
     place = data_place(path)
     if place is None:
         return []
@@ -102,12 +99,3 @@ def _files_behind(path: Path) -> list[Path]:
             "--allow-outside."
         )
     return [path.parent / place]
-
-
-def _pair_of(path: Path) -> list[Path]:
-    """Header and voxels of a NIfTI or Analyze pair, whichever of the two the study names, in any spelling."""
-    name = path.name.lower()
-    stem = name.removesuffix(next(ending for ending in _PAIRED if name.endswith(ending)))
-    return [
-        file for file in path.parent.iterdir() if file.name.lower() in {stem + ending for ending in _PAIRED}
-    ]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.input_files import refuse_special_file
 from PolyPoseLib.spelling import unknown_name
 
 VERSION = 1
@@ -59,6 +60,7 @@ def read(path: Path) -> dict[str, Any]:
     """Read and check a study file; raises InputError naming the file, the field and the mend."""
     if path.is_dir():
         raise InputError(f"{path}: this is a folder; give the study's JSON file in it.")
+    refuse_special_file(path)
     try:
         size = path.stat().st_size
         if size > MAX_BYTES:

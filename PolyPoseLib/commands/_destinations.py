@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.input_files import refuse_special_file
 
 _XRAY_FILES = ("image", "mask", "calibration")
 _OPTION_FILES = ("camera_model", "preview")
@@ -67,6 +68,7 @@ def _check_replaceable(path: Path, option: str, named: Mapping[str, Path]) -> No
             raise InputError(f'{path}: the study reads this file as "{field}": choose another {option}.')
     if not path.exists():
         return
+    refuse_special_file(path)
     with path.open("rb") as stream:
         start = stream.read(4096).removeprefix(b"\xef\xbb\xbf").lstrip()
     if start and not start.startswith(b"{"):

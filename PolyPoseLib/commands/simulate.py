@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from PolyPoseLib.commands._arguments import new_parser
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.input_files import refuse_special_file
 from PolyPoseLib.options import RANGES
 
 if TYPE_CHECKING:
@@ -202,6 +203,7 @@ def read_structures(path: Path) -> tuple[dict[str, list[int]], str, str | None]:
     from PolyPoseLib import study_schema
     from PolyPoseLib.imaging.label_names import label_table
 
+    refuse_special_file(path)
     try:
         fields = study_schema.parse(path.read_text(encoding="utf-8"), str(path))
     except (OSError, UnicodeDecodeError) as error:

@@ -21,6 +21,7 @@ from scipy.ndimage import map_coordinates
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import real_array, require_intrinsics, require_rigid
+from PolyPoseLib.input_files import refuse_special_file
 from PolyPoseLib.spelling import unknown_name
 
 JSON_FIELDS = (
@@ -179,6 +180,7 @@ def distort(points: np.ndarray, distortion: ArrayLike) -> np.ndarray:
 
 
 def _text(path: Path) -> str:
+    refuse_special_file(path)
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"{path}: is too large for a calibration; give the text file of one camera.")

@@ -11,6 +11,7 @@ import re
 from pathlib import Path
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.input_files import refuse_special_file
 
 HEADER_ENDINGS = (".mhd", ".mha", ".nhdr", ".nrrd")
 """File names whose header may keep the voxels in another file."""
@@ -27,9 +28,11 @@ def data_place(header: Path) -> str | None:
     """What the header names as the place of its voxels: a file, a pattern or "LIST"; None when they follow in it.
 
     Raises:
-        InputError: the header is longer than MAX_HEADER_BYTES or does not tell clearly; the sentence names the file.
+        InputError: the header is longer than MAX_HEADER_BYTES, no file, or does not tell clearly; the sentence names
+            the file.
 
     """
+    refuse_special_file(header, header.name)
     with header.open("rb") as stream:
         head = stream.read(MAX_HEADER_BYTES + 1)
     is_meta = header.name.lower().endswith((".mhd", ".mha"))
@@ -37,6 +40,21 @@ def data_place(header: Path) -> str | None:
     if place is not None and (not place or any(ord(letter) < 32 or ord(letter) == 127 for letter in place)):
         raise _unclear(header.name)
     return place
+
+
+def refuse_special_data(header: Path) -> None:
+    """Refuse a header whose voxels come from a pipe, a socket or a device; raises InputError that names the header.
+
+    A header that is unclear, or that names several files, has been judged before, or was allowed all the same.
+    """
+    if not header.name.lower().endswith(HEADER_ENDINGS):
+        return
+    try:
+        place = data_place(header)
+    except InputError:
+        return
+    if place is not None and not names_several_files(place):
+        refuse_special_file(header.parent / place, f'{header} reads its voxels from "{place}"')
 
 
 def names_several_files(place: str) -> bool:

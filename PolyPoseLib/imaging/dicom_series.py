@@ -15,6 +15,7 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.imaging.volume import Volume
 from PolyPoseLib.imaging.xray_dicom import XrayTags, complete_meta, quiet_pydicom
 from PolyPoseLib.imaging.xray_pixels import refuse_short
+from PolyPoseLib.input_files import refuse_special_file
 
 MAX_FILES = 20_000
 
@@ -141,6 +142,7 @@ def _headers(path: Path) -> list[tuple[Path, Any]]:
     """(file, header) of every DICOM image under a folder, in the order of their names."""
     import pydicom
 
+    refuse_special_file(path)
     files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
     if len(files) > MAX_FILES:
         raise InputError(

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from PolyPoseLib.input_files import refuse_special_file
+
 if TYPE_CHECKING:
     import SimpleITK as sitk
 
@@ -22,8 +24,9 @@ def reader_for(path: Path) -> sitk.ImageFileReader:
     """A reader of the format that the name's ending tells.
 
     Left to itself, the toolkit looks at the content, and reads for example HDF5 under every name: a format that takes
-    voxels from other files, which nobody has checked.
+    voxels from other files, which nobody has checked.  Raises InputError for pipes and devices.
     """
+    refuse_special_file(path)
     import SimpleITK as sitk
 
     reader = sitk.ImageFileReader()

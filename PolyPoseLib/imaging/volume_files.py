@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.imaging.detached_data import HEADER_ENDINGS
+from PolyPoseLib.imaging.detached_data import HEADER_ENDINGS, refuse_special_data
 from PolyPoseLib.imaging.nifti_check import check_nifti, check_nifti_grid
+from PolyPoseLib.imaging.nifti_pair import pair_of
 from PolyPoseLib.imaging.toolkit import reader_for
+from PolyPoseLib.input_files import refuse_special_file
 
 if TYPE_CHECKING:
     import SimpleITK as sitk
@@ -40,6 +42,9 @@ def read_image(path: str | Path) -> sitk.Image:
             f"{path}: this kind of file is not read as a volume; give NIfTI, NRRD, MHA or a DICOM folder."
         )
     reader = reader_for(path)
+    refuse_special_data(path)
+    for half in pair_of(path):
+        refuse_special_file(half)
     try:
         reader.ReadImageInformation()
         size = reader.GetSize()

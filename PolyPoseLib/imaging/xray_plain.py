@@ -12,6 +12,7 @@ from PolyPoseLib.imaging.nifti_check import check_nifti
 from PolyPoseLib.imaging.toolkit import reader_for
 from PolyPoseLib.imaging.xray_dicom import MAX_PIXELS
 from PolyPoseLib.imaging.xray_notes import Notes
+from PolyPoseLib.input_files import refuse_special_file
 
 PLAIN_ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha", ".png", ".tif", ".tiff", ".jpg", ".jpeg")
 """File names that are read without DICOM."""
@@ -37,11 +38,12 @@ def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.nda
         ((H, W) float32 values, row by row as stored; whether the file holds whole numbers).
 
     Raises:
-        InputError: cannot be read, not two-dimensional, in colour, too large, NaN or infinite.
+        InputError: no file, cannot be read, not two-dimensional, in colour, too large, NaN or infinite.
 
     """
     import SimpleITK as sitk
 
+    refuse_special_file(path, where)
     _refuse_detached(path, where)
     reader = reader_for(path)
     try:

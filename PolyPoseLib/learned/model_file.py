@@ -15,6 +15,7 @@ from torch import Tensor
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.imaging.structures import Structures
 from PolyPoseLib.imaging.volume import Volume
+from PolyPoseLib.input_files import refuse_special_file
 from PolyPoseLib.learned.detector import VirtualDetector
 from PolyPoseLib.learned.network import Architecture, CameraNetwork
 from PolyPoseLib.learned.view_range import ViewRange
@@ -133,6 +134,7 @@ def write_tensors(fields: dict[str, Any], path: Path) -> None:
 
 def read_tensors(path: Path, what: str) -> dict[str, Any]:
     """Tensors and plain values of a file, nothing else: code in it is refused.  Raises InputError."""
+    refuse_special_file(path)
     try:
         size = path.stat().st_size
         if size > MAX_BYTES:
