@@ -1,4 +1,4 @@
-"""A look at a NIfTI file's bytes before the toolkit reads it.
+"""A look at the bytes of a NIfTI or Analyze image, in one file or in two, before the toolkit reads it.
 
 The toolkit turns NaN into 0 (water in a CT), fills a file that was cut short with zeros, and takes a spacing of 0 for
 1 mm, all without a word.
@@ -15,24 +15,32 @@ from typing import BinaryIO
 import numpy as np
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.imaging.nifti_pair import HEADERS, VOXELS, pair_of
 
 _BLOCK_BYTES = 1 << 22
 _FLOATS = {16: "f4", 64: "f8"}
 _BYTES = {2: 1, 4: 2, 8: 4, 16: 4, 32: 8, 64: 8, 128: 3, 256: 1, 512: 2, 768: 4, 1024: 8, 1280: 8, 2304: 4}
 """Bytes of one voxel by datatype; the toolkit goes by it and not by bitpix, which may say anything."""
 
+_DAMAGE = (OSError, EOFError, zlib.error, ValueError, OverflowError, IndexError)
+"""What reading and decoding a damaged file raises."""
+
 _UNKNOWN_UNIT, _MILLIMETRE = 0, 2
 _UNITS = {1: "metres", 3: "micrometres"}
 
 
 def check_nifti(path: Path) -> None:
-    """Refuse a .nii or .nii.gz that is cut short, damaged, or holds NaN or infinity; raises InputError."""
-    opened = gzip.open if path.name.lower().endswith(".gz") else open
+    """Refuse a NIfTI or Analyze file, or pair, that is cut short, damaged, or holds NaN or infinity.
+
+    path: of the one file, or of either half.  Raises InputError that names the file at fault.
+    """
+    header_file, voxel_file = _files(path)
+    header = _read_header(header_file)
     try:
-        with opened(path, "rb") as stream:
-            wrong = _count_not_finite(stream, _header(stream))
-    except (OSError, EOFError, zlib.error, ValueError, OverflowError) as error:
-        raise InputError(f"{path}: the file is damaged or cut short: copy or export it again.") from error
+        with _opened(voxel_file) as stream:
+            wrong = _count_not_finite(stream, header)
+    except _DAMAGE as error:
+        raise _damaged(voxel_file) from error
     if wrong:
         raise InputError(
             f"{path}: {wrong} voxels are NaN or infinite: replace them by -1000 (air) or 0 (no label) and save again."
@@ -42,11 +50,9 @@ def check_nifti(path: Path) -> None:
 def check_nifti_grid(path: Path) -> None:
     """Refuse spacings that are none, which the toolkit replaces by 1 mm, and units but millimetres; raises InputError.
 
-    The file has passed check_nifti.
+    The file, or pair, has passed check_nifti.
     """
-    opened = gzip.open if path.name.lower().endswith(".gz") else open
-    with opened(path, "rb") as stream:
-        header = _header(stream)
+    header = _read_header(_files(path)[0])
     spacing = header.spacing[: min(len(header.sizes), 3)]
     if not (np.isfinite(spacing).all() and (spacing != 0).all()):
         shown = ", ".join(f"{each:g}" for each in spacing)
@@ -62,9 +68,37 @@ def check_nifti_grid(path: Path) -> None:
         raise InputError(f"{path}: its lengths are in {unit} (xyzt_units): save it again in millimetres.")
 
 
+def _files(path: Path) -> tuple[Path, Path]:
+    """The files that hold the header and the voxels; raises InputError unless there is exactly one of each."""
+    pair = pair_of(path)
+    if not pair:
+        return path, path
+    halves = []
+    for endings, what in ((HEADERS, "header"), (VOXELS, "voxels")):
+        found = [file for file in pair if file.name.lower().endswith(endings)]
+        if len(found) != 1:
+            names = ", ".join(file.name for file in found) or f"no {endings[0]}"
+            raise InputError(
+                f"{path}: of its pair of files, one must be the {what}, but there is {names}: keep one header (.hdr) "
+                "and one file of voxels (.img) of this name."
+            )
+        halves += found
+    return halves[0], halves[1]
+
+
+def _opened(path: Path) -> BinaryIO:
+    """The file's bytes, decompressed where its name says so."""
+    return (gzip.open if path.name.lower().endswith(".gz") else open)(path, "rb")
+
+
+def _damaged(path: Path) -> InputError:
+    """The error about a file whose bytes do not fit together."""
+    return InputError(f"{path}: the file is damaged or cut short: copy or export it again.")
+
+
 @dataclass(frozen=True)
 class _Header:
-    """What a NIfTI header says.
+    """What a NIfTI header says, or one of Analyze 7.5, which has the same fields but for unit and pose.
 
     order: "<" or ">"; sizes: voxels along each axis; spacing: (7,) of the axes, in the file's unit; unit: code of the
     lengths' unit; kind: datatype; offset: bytes before the voxels; pose: numbers of the qform and sform
@@ -80,20 +114,33 @@ class _Header:
     pose: np.ndarray
 
 
-def _header(stream: BinaryIO) -> _Header:
-    """The NIfTI-1 header at the stream's start; raises ValueError when it is none, or half of a pair."""
-    start = stream.read(352)
+def _read_header(path: Path) -> _Header:
+    """The NIfTI-1 or Analyze 7.5 header of a file; raises InputError when it is none, or in the wrong kind of file."""
+    try:
+        with _opened(path) as stream:
+            return _header(stream.read(352), path.name.lower().endswith(HEADERS))
+    except _DAMAGE as error:
+        raise _damaged(path) from error
+
+
+def _header(start: bytes, is_half: bool) -> _Header:
+    """The header in a file's first bytes; raises ValueError when it is none.
+
+    is_half: whether the voxels are in a file of their own, which the header of a NIfTI must say as well.
+    """
     order = next((o for o in "<>" if np.frombuffer(start[:4], o + "i4")[0] == 348), None)
-    if order is None or start[344:347] == b"ni1":
-        raise ValueError("no NIfTI header with the voxels behind it")
+    magic = start[344:347]
+    if order is None or magic == (b"n+1" if is_half else b"ni1"):
+        raise ValueError("no NIfTI header with its voxels where it says")
     sizes = np.frombuffer(start, order + "i2", 8, 40).astype(float)
-    qform, sform = np.frombuffer(start, order + "i2", 2, 252) > 0
+    is_nifti = magic in (b"n+1", b"ni1")  # where an Analyze file has other fields, NIfTI has unit and pose
+    qform, sform = (np.frombuffer(start, order + "i2", 2, 252) > 0) & is_nifti
     numbers = np.frombuffer(start, order + "f4", 18, 256)
     return _Header(
         order=order,
         sizes=sizes[1 : int(sizes[0]) + 1],
         spacing=np.frombuffer(start, order + "f4", 7, 80),
-        unit=start[123] & 7,
+        unit=start[123] & 7 if is_nifti else _UNKNOWN_UNIT,
         kind=int(np.frombuffer(start, order + "i2", 1, 70)[0]),
         offset=float(np.frombuffer(start, order + "f4", 1, 108)[0]),
         pose=numbers[np.repeat([qform, sform], [6, 12])],

@@ -10,8 +10,11 @@ from PolyPoseLib.input_files import refuse_special_file
 if TYPE_CHECKING:
     import SimpleITK as sitk
 
+NIFTI_ENDINGS = (".nii", ".nii.gz", ".hdr", ".img", ".img.gz")
+"""Names of NIfTI and Analyze images, in one file or in two."""
+
 _FORMATS = {
-    "NiftiImageIO": (".nii", ".nii.gz", ".hdr", ".img", ".img.gz"),
+    "NiftiImageIO": NIFTI_ENDINGS,
     "NrrdImageIO": (".nrrd", ".nhdr"),
     "MetaImageIO": (".mha", ".mhd"),
     "PNGImageIO": (".png",),

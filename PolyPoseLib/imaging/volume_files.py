@@ -12,7 +12,7 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.imaging.detached_data import HEADER_ENDINGS, refuse_special_data
 from PolyPoseLib.imaging.nifti_check import check_nifti, check_nifti_grid
 from PolyPoseLib.imaging.nifti_pair import pair_of
-from PolyPoseLib.imaging.toolkit import reader_for
+from PolyPoseLib.imaging.toolkit import NIFTI_ENDINGS, reader_for
 from PolyPoseLib.input_files import refuse_special_file
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def read_image(path: str | Path) -> sitk.Image:
                 f"{path}: {'x'.join(map(str, size))} voxels are too many to hold in memory; resample the "
                 "image to a coarser grid or crop it."
             )
-        if path.name.lower().endswith((".nii", ".nii.gz")):
+        if path.name.lower().endswith(NIFTI_ENDINGS):
             check_nifti(path)
             check_nifti_grid(path)
         _refuse_negative_spacing(path)
