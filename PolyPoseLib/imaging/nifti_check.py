@@ -162,7 +162,8 @@ def _count_not_finite(stream: BinaryIO, header: _Header) -> int:
             raise ValueError("cut short")
         left -= len(block)
         if dtype:
-            values = np.frombuffer(block[: len(block) // 8 * 8], header.order + dtype)
+            width = _BYTES[header.kind]
+            values = np.frombuffer(block[: len(block) // width * width], header.order + dtype)
             wrong += values.size - int(np.count_nonzero(np.isfinite(values)))
     stream.read(_BLOCK_BYTES)
     return wrong

@@ -130,3 +130,15 @@ def test_voxels_of_every_size_that_a_ct_has_are_read(tmp_path, spacing):
     image.SetSpacing([spacing] * 3)
     sitk.WriteImage(image, str(tmp_path / "ct.mha"))
     assert np.allclose(read_ct(tmp_path / "ct.mha").spacing, spacing)
+
+
+@pytest.mark.parametrize("ending", ["nii", "nii.gz"])
+def test_the_last_of_an_odd_number_of_voxels_is_looked_at_too(tmp_path, ending):
+    """The toolkit takes it for water."""
+    values = np.linspace(-1000, 1500, 27, dtype=np.float32).reshape(3, 3, 3)
+    values[-1, -1, -1] = NAN
+    write_volume(Volume(np.zeros_like(values), np.eye(4)), tmp_path / "right.nii")
+    content = (tmp_path / "right.nii").read_bytes()[: -values.nbytes] + values.tobytes()
+    path = tmp_path / f"ct.{ending}"
+    path.write_bytes(gzip.compress(content) if ending == "nii.gz" else content)
+    assert "1 voxels are NaN" in refusal(path)
