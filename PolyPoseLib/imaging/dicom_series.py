@@ -12,15 +12,13 @@ from typing import Any
 import numpy as np
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.imaging.shear import SHEAR_MEND, SHEAR_TOLERANCE_MM
 from PolyPoseLib.imaging.volume import Volume
 from PolyPoseLib.imaging.xray_dicom import XrayTags, complete_meta, quiet_pydicom
 from PolyPoseLib.imaging.xray_pixels import refuse_short
 from PolyPoseLib.input_files import refuse_special_file
 
 MAX_FILES = 20_000
-
-TILT_TOLERANCE_MM = 1.0
-"""Largest sideways drift of the slices over the whole stack; gantry tilt gives tens of millimetres."""
 
 UNEVEN_TOLERANCE = 0.1
 """Largest deviation of one slice's distance, as a share of the usual one (at least 0.1 mm, for rounding)."""
@@ -30,10 +28,6 @@ _TAGS = [
     "Columns", "NumberOfFrames", "PixelSpacing", "ImagePositionPatient", "ImageOrientationPatient",
     "SamplesPerPixel", "TransferSyntaxUID",
 ]  # fmt: skip
-
-_TILT_MEND = (
-    "resample the CT to a straight grid first, for example by Slicer's Acquisition Geometry Regularization"
-)
 
 
 @dataclass(frozen=True)
@@ -97,10 +91,10 @@ def stack_affine(slices: Sequence[Slice], name: str) -> np.ndarray:
     along = (positions - positions[0]) @ first.normal
     _check_even(along, positions[0] @ first.normal, name)
     drift = np.linalg.norm(positions - positions[0] - along[:, None] * first.normal, axis=1).max()
-    if drift > TILT_TOLERANCE_MM:
+    if drift > SHEAR_TOLERANCE_MM:
         angle = np.degrees(np.arctan2(drift, along[-1]))
         raise InputError(
-            f"{name}: the slices are sheared by {angle:.1f} degrees (gantry tilt): {_TILT_MEND}."
+            f"{name}: the slices are sheared by {angle:.1f} degrees (gantry tilt): {SHEAR_MEND}."
         )
     affine = np.eye(4)
     affine[:3, 0] = first.rows_columns[0] * first.spacing[1]

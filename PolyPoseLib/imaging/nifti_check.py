@@ -16,6 +16,7 @@ import numpy as np
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.imaging.nifti_pair import HEADERS, VOXELS, pair_of
+from PolyPoseLib.imaging.shear import SHEAR_MEND, SHEAR_TOLERANCE_MM, sideways_drift
 
 _BLOCK_BYTES = 1 << 22
 _FLOATS = {16: "f4", 64: "f8"}
@@ -24,6 +25,13 @@ _BYTES = {2: 1, 4: 2, 8: 4, 16: 4, 32: 8, 64: 8, 128: 3, 256: 1, 512: 2, 768: 4,
 
 _DAMAGE = (OSError, EOFError, zlib.error, ValueError, OverflowError, IndexError)
 """What reading and decoding a damaged file raises."""
+
+_PATIENT_SPACE = (1, 2)
+"""Codes of forms that lead to the scanner's millimetres or another scan's; the others lead to templates, which may
+well be sheared, and an image with such an sform is placed by its qform."""
+
+_SPACING_TOLERANCE = 1e-3
+"""Share of a spacing that rounding may make."""
 
 _UNKNOWN_UNIT, _MILLIMETRE = 0, 2
 _UNITS = {1: "metres", 3: "micrometres"}
@@ -48,7 +56,10 @@ def check_nifti(path: Path) -> None:
 
 
 def check_nifti_grid(path: Path) -> None:
-    """Refuse spacings that are none, which the toolkit replaces by 1 mm, and units but millimetres; raises InputError.
+    """Refuse a grid that the toolkit would read otherwise than it is written; raises InputError.
+
+    That is a spacing that is none, for which it takes 1 mm, a unit that is not the millimetre, and an sform that is
+    sheared or scaled otherwise than the spacing, of which it uses a part at most.
 
     The file, or pair, has passed check_nifti.
     """
@@ -63,9 +74,31 @@ def check_nifti_grid(path: Path) -> None:
         raise InputError(
             f"{path}: its qform or sform holds NaN or infinity: save it again with its place in mm."
         )
+    _check_sform(header, path)
     if header.unit not in (_UNKNOWN_UNIT, _MILLIMETRE):
         unit = _UNITS.get(header.unit, "an unknown unit")
         raise InputError(f"{path}: its lengths are in {unit} (xyzt_units): save it again in millimetres.")
+
+
+def _check_sform(header: _Header, path: Path) -> None:
+    """Refuse an sform in the patient's space whose axes are sheared or of other lengths than the spacing.
+
+    The toolkit puts the qform or pixdim in its place, without a word.  Raises InputError.
+    """
+    if header.axes is None or len(header.sizes) < 3:
+        return
+    spacing, steps = np.abs(header.spacing[:3]), np.linalg.norm(header.axes, axis=0)
+    if (np.abs(steps - spacing) > _SPACING_TOLERANCE * spacing).any():
+        told, stepped = (" x ".join(f"{each:.4g}" for each in sizes) for sizes in (spacing, steps))
+        raise InputError(
+            f"{path}: its voxels measure {told} mm by its pixdim but {stepped} mm by its sform: save it again with "
+            "one spacing."
+        )
+    drift, degrees = sideways_drift(header.axes, header.sizes[:3])
+    if drift > SHEAR_TOLERANCE_MM:
+        raise InputError(
+            f"{path}: its axes are sheared by {degrees:.1f} degrees (gantry tilt, in its sform): {SHEAR_MEND}."
+        )
 
 
 def _files(path: Path) -> tuple[Path, Path]:
@@ -102,7 +135,8 @@ class _Header:
 
     order: "<" or ">"; sizes: voxels along each axis; spacing: (7,) of the axes, in the file's unit; unit: code of the
     lengths' unit; kind: datatype; offset: bytes before the voxels; pose: numbers of the qform and sform
-    that are in force.
+    that are in force; axes: (3, 3), in its columns the steps along each axis by an sform in the patient's space, or
+    None.
     """
 
     order: str
@@ -112,6 +146,7 @@ class _Header:
     kind: int
     offset: float
     pose: np.ndarray
+    axes: np.ndarray | None
 
 
 def _read_header(path: Path) -> _Header:
@@ -134,7 +169,8 @@ def _header(start: bytes, is_half: bool) -> _Header:
         raise ValueError("no NIfTI header with its voxels where it says")
     sizes = np.frombuffer(start, order + "i2", 8, 40).astype(float)
     is_nifti = magic in (b"n+1", b"ni1")  # where an Analyze file has other fields, NIfTI has unit and pose
-    qform, sform = (np.frombuffer(start, order + "i2", 2, 252) > 0) & is_nifti
+    codes = np.frombuffer(start, order + "i2", 2, 252) * is_nifti
+    qform, sform = codes > 0
     numbers = np.frombuffer(start, order + "f4", 18, 256)
     return _Header(
         order=order,
@@ -144,6 +180,7 @@ def _header(start: bytes, is_half: bool) -> _Header:
         kind=int(np.frombuffer(start, order + "i2", 1, 70)[0]),
         offset=float(np.frombuffer(start, order + "f4", 1, 108)[0]),
         pose=numbers[np.repeat([qform, sform], [6, 12])],
+        axes=numbers[6:].reshape(3, 4)[:, :3].astype(float) if codes[1] in _PATIENT_SPACE else None,
     )
 
 

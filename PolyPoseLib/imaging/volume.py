@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.imaging.shear import SHEAR_MEND, SHEAR_TOLERANCE_MM, sideways_drift, straightened
 
 if TYPE_CHECKING:
     import SimpleITK as sitk
@@ -107,7 +108,10 @@ class Volume:
 
     @classmethod
     def from_sitk(cls, image: sitk.Image) -> Volume:
-        """Copy a three-dimensional scalar SimpleITK image; raises InputError for any other."""
+        """Copy a three-dimensional scalar SimpleITK image; raises InputError for any other.
+
+        Axes that rounding bent are made perpendicular.
+        """
         import SimpleITK as sitk
 
         if image.GetDimension() != 3 or image.GetNumberOfComponentsPerPixel() != 1:
@@ -117,7 +121,8 @@ class Volume:
                 "values per voxel: give one three-dimensional image with one value per voxel."
             )
         affine = np.eye(4)
-        affine[:3, :3] = np.array(image.GetDirection()).reshape(3, 3) @ np.diag(image.GetSpacing())
+        axes = np.array(image.GetDirection()).reshape(3, 3) @ np.diag(image.GetSpacing())
+        affine[:3, :3] = straightened(axes, np.array(image.GetSize()))
         affine[:3, 3] = image.GetOrigin()
         return cls(sitk.GetArrayFromImage(image), affine)
 
@@ -178,7 +183,7 @@ def write_volume(volume: Volume, path: str | Path) -> None:
 def read_ct(path: str | Path, series: str | int | None = None) -> Volume:
     """Read a CT in Hounsfield units as float32; values below air, such as the padding -2048, become air.
 
-    Raises InputError when the values cannot be Hounsfield units or the spacing no CT's.
+    Raises InputError when the values cannot be Hounsfield units, the spacing no CT's, or the axes are sheared.
     """
     volume = read_volume(path, series)
     if min(volume.shape) < 2:
@@ -186,6 +191,7 @@ def read_ct(path: str | Path, series: str | int | None = None) -> Volume:
             f"{path}: the CT has {volume.shape[2]}x{volume.shape[1]}x{volume.shape[0]} voxels, which is one "
             "slice: give the whole stack."
         )
+    _check_straight(volume, path)
     _check_spacing(volume, path)
     _check_hounsfield(volume, path)
     voxels = volume.voxels.astype(np.float32)
@@ -234,6 +240,15 @@ def _check_finite(volume: Volume, path: Path) -> None:
         raise InputError(
             f"{path}: {wrong} voxels are NaN or infinite: replace them by -1000 (air) or 0 (no label) and "
             "save again."
+        )
+
+
+def _check_straight(volume: Volume, path: str | Path) -> None:
+    """Refuse axes that are not perpendicular, as after gantry tilt: results could not be saved on such a grid."""
+    drift, degrees = sideways_drift(volume.affine[:3, :3], np.array(volume.shape[::-1]))
+    if drift > SHEAR_TOLERANCE_MM:
+        raise InputError(
+            f"{path}: its axes are sheared by {degrees:.1f} degrees (gantry tilt): {SHEAR_MEND}."
         )
 
 

@@ -12,6 +12,7 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.imaging.detached_data import HEADER_ENDINGS, refuse_special_data
 from PolyPoseLib.imaging.nifti_check import check_nifti, check_nifti_grid
 from PolyPoseLib.imaging.nifti_pair import pair_of
+from PolyPoseLib.imaging.shear import SHEAR_MEND
 from PolyPoseLib.imaging.toolkit import NIFTI_ENDINGS, reader_for
 from PolyPoseLib.input_files import refuse_special_file
 
@@ -139,10 +140,7 @@ def _first_of_last_axis(image: sitk.Image) -> sitk.Image:
 def _read_failure(path: Path, message: str) -> str:
     """One sentence for the toolkit's several lines."""
     if _SHEAR.search(message):
-        return (
-            f"{path}: the slices are sheared (gantry tilt) or its axes are not orthonormal; resample the CT "
-            "to a straight grid first, for example by Slicer's Acquisition Geometry Regularization."
-        )
+        return f"{path}: the slices are sheared (gantry tilt) or its axes are not orthonormal; {SHEAR_MEND}."
     if path.stat().st_size == 0:
         return f"{path}: the file is empty; export it again."
     return f"{path}: the file is no readable image (damaged, cut short, another format); export it again."
