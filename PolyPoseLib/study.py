@@ -101,6 +101,7 @@ class Study:
                 }
                 for number, xray in enumerate(fields["xrays"])
             ]
+            study_paths.require_different_images([(each["image"], each.get("frame")) for each in entries])
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
         xrays = tuple(_read_xray(entry, f'{path}: "xrays"[{number}]') for number, entry in enumerate(entries))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from PolyPoseLib.errors import InputError
@@ -52,6 +53,39 @@ def _require_name(name: object, field: str) -> None:
     """Raise InputError when a field holds nothing that could be a path."""
     if not isinstance(name, str) or not name.strip() or "\0" in name:
         raise InputError(f'"{field}" is {name!r}: give the path of a file, relative to the study\'s folder.')
+
+
+def require_different_images(images: Sequence[tuple[Path, int | None]]) -> None:
+    """Refuse X-rays that are one image under two names, which would count twice.
+
+    Links were followed, and further names that the system gives one file ("hard links", other capitals) are known by
+    the file itself.  Two frames of one run are two images, but the frame that is taken where none is given may be any.
+
+    Args:
+        images: (resolved path, frame counted from 0 or None) of each X-ray, in the study's order.
+
+    Raises:
+        InputError: two are the same; the sentence names both by their numbers.
+
+    """
+    seen: dict[tuple[object, ...], dict[int | None, int]] = {}
+    for number, (path, frame) in enumerate(images):
+        frames = seen.setdefault(_identity(path), {})
+        other = frames.get(frame, frames.get(None))
+        if other is None and frame is None and frames:
+            other = min(frames.values())
+        if other is not None:
+            raise InputError(
+                f'"xrays"[{number}] is the same image as "xrays"[{other}] ({path.name}): remove one of them, or '
+                'give each the "frame" that it means.'
+            )
+        frames[frame] = number
+
+
+def _identity(path: Path) -> tuple[object, ...]:
+    """What all names of one file have in common."""
+    status = path.stat()
+    return (status.st_dev, status.st_ino) if status.st_ino else (path,)
 
 
 def resolve_output(name: str, field: str, folder: Path, allow_outside: bool) -> Path:

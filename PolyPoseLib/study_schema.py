@@ -168,7 +168,7 @@ def _check_xrays(xrays: Any) -> None:
         XrayFields.parse(xray, where)
         key = (xray["image"], str(xray.get("frame")))
         if key in seen:
-            raise InputError(f"{where} is the same image as {seen[key]}: remove one of them.")
+            raise InputError(f'{where} is the same image as "xrays"[{seen[key]}]: remove one of them.')
         seen[key] = number
 
 
