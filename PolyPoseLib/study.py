@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from PolyPoseLib.imaging.xray import Xray
 
 RIG_TOLERANCE = (1.0, 2.0)
-"""Degrees and mm by which two known cameras may differ from the relative pose that their rig tells."""
+"""Degrees and mm by which two known cameras may differ from the relative pose that their rig tells, and by which two
+places in a rig must differ at least, in one of them."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -182,24 +183,49 @@ def _require_whole_rigs(xrays: tuple[Xray, ...]) -> None:
                 f'The rig "{name}" mixes two worlds: the places of "{first.name}" and "{other.name}" are told by a '
                 "calibration's own world and by the CT's; tell both by calibrations, or both by extrinsics."
             )
+        _require_places_apart(members)
         known = [each for each in members if each.camera == "known"]
         for each in known[1:]:
             _require_same_relative_pose(known[0], each)
+
+
+def _require_places_apart(members: list[Xray]) -> None:
+    """Raise InputError when two cameras of a rig, whose poses are in one world, stand at the same place.
+
+    Two such views tell no depth, and the calibration of one camera was likely given to both.
+    """
+    for number, second in enumerate(members):
+        for first in members[:number]:
+            if _is_within(RIG_TOLERANCE, _difference(first.rig.extrinsic, second.rig.extrinsic)):
+                raise InputError(
+                    f'"{first.name}" and "{second.name}" have the same place in the rig "{first.rig.name}": give each '
+                    "the calibration (or extrinsic) of its own camera."
+                )
 
 
 def _require_same_relative_pose(first: Xray, second: Xray) -> None:
     """Raise InputError when two known cameras stand otherwise to each other than their rig says."""
     known = second.extrinsic @ rigid_inverse(first.extrinsic)
     calibrated = second.rig.extrinsic @ rigid_inverse(first.rig.extrinsic)
-    chord = np.linalg.norm(known[:3, :3] - calibrated[:3, :3]) / np.sqrt(8)  # sin of half the angle
-    turn = 2 * np.degrees(np.arcsin(min(chord, 1.0)))
-    # The second source as the first camera sees it: unlike the translation, it does not grow with the turn.
-    step = np.linalg.norm(rigid_inverse(known)[:3, 3] - rigid_inverse(calibrated)[:3, 3])
-    if turn > RIG_TOLERANCE[0] or step > RIG_TOLERANCE[1]:
+    turn, step = _difference(known, calibrated)
+    if not _is_within(RIG_TOLERANCE, (turn, step)):
         raise InputError(
             f'The known cameras of "{first.name}" and "{second.name}" contradict their rig "{first.rig.name}" by '
             f'{turn:.1f} degrees and {step:.1f} mm: correct their extrinsics, or remove "rig" or "camera": "known".'
         )
+
+
+def _difference(first: np.ndarray, second: np.ndarray) -> tuple[float, float]:
+    """Degrees between the axes of two poses (4, 4), world to camera, and mm between their sources."""
+    chord = np.linalg.norm(first[:3, :3] - second[:3, :3]) / np.sqrt(8)  # sin of half the angle
+    turn = 2 * np.degrees(np.arcsin(min(chord, 1.0)))
+    # Sources, as the world sees them: unlike translations, they do not part as the axes turn.
+    return float(turn), float(np.linalg.norm(rigid_inverse(first)[:3, 3] - rigid_inverse(second)[:3, 3]))
+
+
+def _is_within(tolerance: tuple[float, float], difference: tuple[float, float]) -> bool:
+    """Whether neither the degrees nor the mm of a difference are beyond the tolerance."""
+    return difference[0] <= tolerance[0] and difference[1] <= tolerance[1]
 
 
 def _whole_label_map(segmentation: Segmentation, ct: Volume) -> Volume | None:

@@ -116,6 +116,30 @@ def test_a_place_that_is_none_is_refused(wrong):
         RigPose("biplane", matrix)
 
 
+@pytest.mark.parametrize(("calibrated", "placed"), [(True, False), (True, True), (False, True)])
+def test_two_cameras_at_one_place_are_no_rig(folder, calibrated, placed):
+    first, second = (xray(folder, n, calibrated=calibrated, placed=placed) for n in range(2))
+    place = first.rig.extrinsic
+    nearly = np.eye(4)
+    nearly[:3, :3] = Rotation.from_rotvec([0, np.radians(0.5), 0]).as_matrix()
+    for extrinsic in (place, np.round(place, 5), nearly @ place):
+        for cameras in ([first, second], [second, first]):
+            same = [replace(each, rig=RigPose("biplane", extrinsic, first.rig.frame)) for each in cameras]
+            with pytest.raises(InputError, match='have the same place in the rig "biplane"') as error:
+                study(*same)
+            assert '"ap"' in str(error.value) and '"side"' in str(error.value)
+
+
+@pytest.mark.parametrize(("degrees", "mm"), [(5.0, 0.0), (0.0, 10.0), (180.0, 0.0)])
+def test_cameras_apart_by_little_are_a_rig(folder, degrees, mm):
+    first, second = (xray(folder, n, calibrated=True) for n in range(2))
+    motion = np.eye(4)
+    motion[:3, :3] = Rotation.from_rotvec([0, np.radians(degrees), 0]).as_matrix()
+    motion[:3, 3] = [mm, 0, 0]
+    apart = replace(second, rig=RigPose("biplane", motion @ first.rig.extrinsic))
+    assert len(study(first, apart).xrays) == 2
+
+
 def mayacam(height: int, width: int) -> str:
     blocks = {
         "image size": f"{width},{height}",
