@@ -26,6 +26,12 @@ RIGID_TOLERANCE = 1e-4
 MAX_TRANSLATION_MM = 1e7
 """Farther translations are taken for a wrong unit; with much farther ones the arithmetic overflows."""
 
+FOCAL_RANGE_PX = (0.01, 1e9)
+"""Focal lengths of intrinsics: detectors have some thousands of pixels, and beyond it the arithmetic overflows."""
+
+MAX_OFFSET_PX = 1e9
+"""Largest skew and principal point of intrinsics, either way."""
+
 
 def is_real_number(value: Any) -> bool:
     """Whether a value is one finite real number that float64 can hold; truth values and texts are none."""
@@ -325,7 +331,8 @@ def require_intrinsics(matrix: ArrayLike, where: str = "intrinsics") -> np.ndarr
     """Check K and return a float64 copy (3, 3).
 
     Raises:
-        InputError: wrong shape, not finite, not upper triangular with last row 0 0 1, or a focal length <= 0.
+        InputError: wrong shape, not finite, not upper triangular with last row 0 0 1, a focal length <= 0 or out of
+            FOCAL_RANGE_PX, or a skew or principal point beyond MAX_OFFSET_PX.
 
     """
     try:
@@ -339,6 +346,16 @@ def require_intrinsics(matrix: ArrayLike, where: str = "intrinsics") -> np.ndarr
     if not (intrinsics[0, 0] > 0 and intrinsics[1, 1] > 0):
         raise InputError(
             f"{where} has focal lengths {intrinsics[0, 0]} and {intrinsics[1, 1]} px; both must be above 0."
+        )
+    least, largest = FOCAL_RANGE_PX
+    if not all(least <= intrinsics[axis, axis] <= largest for axis in range(2)):
+        raise InputError(
+            f"{where} has focal lengths {intrinsics[0, 0]:g} and {intrinsics[1, 1]:g} px; both must be from {least:g} "
+            f"to {largest:g}: the distance to the detector over the size of a pixel."
+        )
+    if np.abs(intrinsics[[0, 0, 1], [1, 2, 2]]).max() > MAX_OFFSET_PX:
+        raise InputError(
+            f"{where} has a skew or principal point beyond {MAX_OFFSET_PX:g} px; give it in pixels of the image."
         )
     return intrinsics
 

@@ -20,7 +20,12 @@ from scipy.linalg import rq
 from scipy.ndimage import map_coordinates
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.geometry.camera import real_array, require_intrinsics, require_rigid
+from PolyPoseLib.geometry.camera import (
+    FOCAL_RANGE_PX,
+    real_array,
+    require_intrinsics,
+    require_rigid,
+)
 from PolyPoseLib.input_files import refuse_special_file
 from PolyPoseLib.spelling import unknown_name
 
@@ -29,6 +34,9 @@ JSON_FIELDS = (
 )  # fmt: skip
 MAX_BYTES = 1 << 20
 MAX_UNIT_MM = 1e6
+MAX_DISTORTION = 1e6
+"""Coefficients of lenses are far below it."""
+
 MAX_SIDE_PX = 1 << 16
 """Rows or columns that no detector has."""
 
@@ -89,17 +97,17 @@ def decompose_projection(matrix: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     lengths.  The sign is chosen so that the rotation is proper.
 
     Raises:
-        InputError: not a matrix of a camera at a finite place, or noticeable skew.
+        InputError: not a matrix of a camera at a finite place, noticeable skew, or numbers that no camera has.
 
     """
     matrix = np.asarray(matrix, dtype=np.float64)
     if matrix.shape != (3, 4) or not np.isfinite(matrix).all():
         raise InputError("a projection matrix has three rows of four finite numbers.")
-    left = matrix[:, :3]
-    scale = np.linalg.norm(left[2])
-    if scale == 0 or abs(np.linalg.det(left / scale)) < 1e-9:
+    matrix = _of_unit_axis(matrix)
+    determinant = np.linalg.det(matrix[:, :3])
+    if abs(determinant) < 1e-9:
         raise InputError("its left 3x3 part is singular: this is no camera at a finite place.")
-    matrix = matrix / scale * np.sign(np.linalg.det(left))
+    matrix = matrix * np.sign(determinant)
     upper, rotation = rq(matrix[:, :3])
     signs = np.diag(np.where(np.diag(upper) < 0, -1.0, 1.0))
     upper, rotation = upper @ signs, signs @ rotation
@@ -114,6 +122,21 @@ def decompose_projection(matrix: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     extrinsic = np.eye(4)
     extrinsic[:3, :3], extrinsic[:3, 3] = rotation, translation
     return require_intrinsics(upper), require_rigid(extrinsic, "its pose")
+
+
+def _of_unit_axis(matrix: np.ndarray) -> np.ndarray:
+    """A projection matrix (3, 4) scaled so that the axis in its third row has the length 1; raises InputError."""
+    largest = np.abs(matrix[2, :3]).max()
+    if largest == 0:
+        raise InputError("its left 3x3 part is singular: this is no camera at a finite place.")
+    with np.errstate(over="ignore"):  # what overflows is refused, here or as a translation
+        matrix = matrix / largest
+    matrix = matrix / np.linalg.norm(matrix[2, :3])
+    if np.abs(matrix[:, :3]).max() > FOCAL_RANGE_PX[1]:
+        raise InputError(
+            f"its focal lengths are beyond {FOCAL_RANGE_PX[1]:g} px: check its unit and the order of its numbers."
+        )
+    return matrix
 
 
 def rows_downward(matrix: np.ndarray, height: int) -> np.ndarray:
@@ -164,8 +187,10 @@ def undistorted(
 def distort(points: np.ndarray, distortion: ArrayLike) -> np.ndarray:
     """Ideal image coordinates (..., 2) at depth 1 to distorted ones; raises InputError for odd coefficients."""
     coefficients = np.asarray(distortion, dtype=np.float64).ravel()
-    if coefficients.size not in (4, 5) or not np.isfinite(coefficients).all():
-        raise InputError('"distortion" must be four or five finite numbers: k1, k2, p1, p2 and perhaps k3.')
+    if coefficients.size not in (4, 5) or not (np.abs(coefficients) <= MAX_DISTORTION).all():
+        raise InputError(
+            f'"distortion" must be four or five numbers up to {MAX_DISTORTION:g}: k1, k2, p1, p2 and perhaps k3.'
+        )
     k1, k2, p1, p2, k3 = np.append(coefficients, 0.0)[:5]
     x, y = points[..., 0], points[..., 1]
     r2 = x * x + y * y

@@ -11,6 +11,9 @@ import numpy as np
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import is_real_number
 
+FARTHEST = 1e6
+"""Millimetres or pixels beyond which a point is taken for a wrong unit."""
+
 FORM = '{"point": [x, y, z], "pixel": [column, row]}'
 
 
@@ -50,8 +53,10 @@ def parse_landmarks(value: Any, where: str) -> Landmarks | None:
 
 
 def _numbers(value: Any, count: int, where: str, meaning: str) -> list[float]:
-    """A list of finite numbers."""
+    """A list of numbers up to FARTHEST."""
     numbers = value if isinstance(value, (list, tuple)) else ()
     if len(numbers) != count or not all(map(is_real_number, numbers)):
         raise InputError(f"{where} must be {count} finite numbers, {meaning}.")
+    if max(map(abs, numbers)) > FARTHEST:
+        raise InputError(f"{where} must be {count} numbers from {-FARTHEST:g} to {FARTHEST:g}, {meaning}.")
     return [float(n) for n in numbers]

@@ -13,7 +13,7 @@ from PolyPoseLib.errors import InputError, shown
 from PolyPoseLib.geometry.camera import is_real_number, require_intrinsics, require_rigid
 from PolyPoseLib.geometry.carm import PATIENT_POSITIONS
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS
-from PolyPoseLib.imaging.landmarks import Landmarks, parse_landmarks
+from PolyPoseLib.imaging.landmarks import FARTHEST, Landmarks, parse_landmarks
 from PolyPoseLib.imaging.xray_intensity import INTENSITIES
 
 CAMERA_STATES = ("known", "initial", "absent")
@@ -97,7 +97,7 @@ class XrayFields:
             name=reader.text("name"),
             source_to_detector_mm=reader.number("source_to_detector_mm", DISTANCE_RANGE_MM, "millimetres"),
             pixel_spacing_mm=reader.pixel_spacing(),
-            principal_point_px=reader.numbers("principal_point_px", 2, "[column, row] in pixels"),
+            principal_point_px=reader.numbers("principal_point_px", 2, "[column, row] in pixels", FARTHEST),
             extrinsic=None if extrinsic is None else require_rigid(extrinsic, f'{where}: "extrinsic"'),
             camera=reader.choice("camera", CAMERA_STATES),
             intrinsics=reader.intrinsics(),
@@ -106,7 +106,7 @@ class XrayFields:
             intensity=reader.intensity(),
             unattenuated=reader.number("unattenuated", (1e-12, 1e12), "a pixel value"),
             mirrored=reader.flag("mirrored"),
-            isocenter_mm=reader.numbers("isocenter_mm", 3, "[x, y, z], LPS millimetres"),
+            isocenter_mm=reader.numbers("isocenter_mm", 3, "[x, y, z], LPS millimetres", FARTHEST),
             source_to_isocenter_mm=reader.number("source_to_isocenter_mm", DISTANCE_RANGE_MM, "millimetres"),
             primary_angle_deg=reader.number("primary_angle_deg", (-180, 180), "degrees, LAO positive"),
             secondary_angle_deg=reader.number("secondary_angle_deg", (-90, 90), "degrees, CRA positive"),
@@ -176,13 +176,17 @@ class _Reader:
             raise self.fail(key, f"a number from {bounds[0]:g} to {bounds[1]:g} ({unit})")
         return float(value)
 
-    def numbers(self, key: str, count: int, meaning: str) -> tuple[float, ...] | None:
+    def numbers(
+        self, key: str, count: int, meaning: str, largest: float | None = None
+    ) -> tuple[float, ...] | None:
         value = self.get(key)
         if value is None:
             return None
         items = list(value) if isinstance(value, list | tuple | np.ndarray) else []
         if len(items) != count or not all(map(is_real_number, items)):
             raise self.fail(key, f"{count} finite numbers: {meaning}")
+        if largest is not None and max(abs(item) for item in items) > largest:
+            raise self.fail(key, f"{count} numbers from {-largest:g} to {largest:g}: {meaning}")
         return tuple(float(item) for item in items)
 
     def pixel_spacing(self) -> tuple[float, float] | None:

@@ -14,7 +14,7 @@ import numpy as np
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import intrinsics_matrix
 from PolyPoseLib.imaging.xray_dicom import XrayTags
-from PolyPoseLib.imaging.xray_fields import XrayFields
+from PolyPoseLib.imaging.xray_fields import DISTANCE_RANGE_MM, SPACING_RANGE_MM, XrayFields
 from PolyPoseLib.imaging.xray_notes import Notes, shown
 
 _DISTANCE_TAGS = (("RTImageSID", "(3002,0026)"), ("DistanceSourceToDetector", "(0018,1110)"))
@@ -24,6 +24,8 @@ _PITCH_TAGS = (
     ("ImagerPixelSpacing", "(0018,1164)"),
     ("NominalScannedPixelSpacing", "(0018,2010)"),
 )
+
+_RANGES = {"source_to_detector_mm": DISTANCE_RANGE_MM, "pixel_spacing_mm": SPACING_RANGE_MM}
 
 _NOMINAL_DISTANCE_MM = 1000.0
 
@@ -56,7 +58,7 @@ def detector_of(tags: XrayTags | None, fields: XrayFields, shape: tuple[int, int
         notes: receives every number's origin.
 
     Raises:
-        InputError: distance or pixel spacing unknown: names the two fields to add.
+        InputError: distance or pixel spacing unknown, or such as no detector has: names the fields to add.
 
     """
     if fields.intrinsics is not None:
@@ -110,6 +112,7 @@ def _of_intrinsics(fields: XrayFields, notes: Notes) -> Detector:
     notes.say(f"intrinsics from {notes.entry}: focal lengths {fx:.6g}, {fy:.6g} px")
     if fields.source_to_detector_mm is None and fields.pixel_spacing_mm is not None:
         distance = fx * fields.pixel_spacing_mm[1]
+        _require_usual("source_to_detector_mm", distance, "by its focal length and pixel spacing", notes)
     else:
         distance = fields.source_to_detector_mm or _NOMINAL_DISTANCE_MM
     principal = (float(fields.intrinsics[0, 2]), float(fields.intrinsics[1, 2]))
@@ -135,8 +138,19 @@ def _choose(name: str, given, found, origin: str, notes: Notes):
         notes.say(f"{name} {shown(given)} from {notes.entry}{also}")
         return given
     if found is not None:
+        _require_usual(name, found, f"by DICOM {origin}", notes)
         notes.say(f"{name} {shown(found)} from DICOM {origin}")
     return found
+
+
+def _require_usual(name: str, value: float | tuple[float, float], origin: str, notes: Notes) -> None:
+    """Refuse a distance or a pitch in mm that no detector has; raises InputError that names the field to add."""
+    least, largest = _RANGES[name]
+    if not least <= np.min(value) <= np.max(value) <= largest:
+        raise InputError(
+            f"{notes.where}: its {name} is {shown(value)} {origin}, not from {least:g} to {largest:g} mm; add the "
+            f'right "{name}" to its entry in {notes.entry}.'
+        )
 
 
 def _distance(tags: XrayTags | None, fields: XrayFields, notes: Notes) -> float | None:
