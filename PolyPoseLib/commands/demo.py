@@ -11,7 +11,7 @@ from pathlib import Path
 from PolyPoseLib.commands._arguments import add_options, add_progress, merged_options, new_parser
 from PolyPoseLib.commands._console import peak_memory_mib
 from PolyPoseLib.commands._scores import truth_tables
-from PolyPoseLib.commands.simulate import add_simulation, write_simulation
+from PolyPoseLib.commands.simulate import add_simulation, check_simulation, write_simulation
 from PolyPoseLib.errors import InputError, UntrustedResultError
 
 _LOG = logging.getLogger(__name__)
@@ -54,6 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
     from PolyPoseLib.sample import fetch_sample
     from PolyPoseLib.study import Study
 
+    check_simulation(arguments)
     began = time.monotonic()
     output = _new_folder(arguments.output)
     _LOG.info("fetching the sample CT (%s)", arguments.sample)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +17,9 @@ if TYPE_CHECKING:
 
 USUAL_VIEW_MM = (1020.0, 780.0)
 """From the source to the detector and to the isocenter where no sample suggests others."""
+
+LEAST_PIXELS = 64
+"""Fewer rows and columns make pixels that are larger than a study may have."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -90,6 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Write the case and print the path of its study."""
     from PolyPoseLib.sample import fetch_sample
 
+    check_simulation(arguments)
     inputs = (arguments.ct, arguments.segmentation, arguments.structures)
     if arguments.sample:
         if any(inputs):
@@ -106,12 +109,14 @@ def run(arguments: argparse.Namespace) -> int:
 def write_simulation(
     ct_path: Path, labels_path: Path, structures_path: Path, output: Path, arguments: argparse.Namespace
 ) -> None:
-    """Simulate a case and write it, all of it or nothing; raises InputError for wrong input."""
+    """Simulate a case and write it, all of it or nothing; raises InputError for wrong input.
+
+    The arguments have passed check_simulation.
+    """
     from PolyPoseLib.evaluation.case_files import write_case
     from PolyPoseLib.imaging.label_names import label_table
     from PolyPoseLib.result_files import check_destination, whole_folder
 
-    check_simulation(arguments)
     check_destination(output, overwrite=False)
     groups, anchor, table = read_structures(structures_path)
     case = simulate(ct_path, labels_path, groups, anchor, arguments)
@@ -128,17 +133,21 @@ def write_simulation(
 
 
 def check_simulation(arguments: argparse.Namespace) -> None:
-    """Check the numbers of a simulation; raises InputError."""
-    if arguments.views < 1 or arguments.pixels < 32:
-        raise InputError("--views must be at least 1 and --pixels at least 32.")
-    least, largest = RANGES["seed"]
-    if not least <= (arguments.seed or 0) <= largest:
-        raise InputError(f"--seed is {arguments.seed}: give a whole number from {least:g} to {largest:g}.")
-    for name in ("arc", "motion_scale", "rotation_error", "translation_error"):
-        if not math.isfinite(getattr(arguments, name)):
-            raise InputError(
-                f"--{name.replace('_', '-')} is {getattr(arguments, name)}: give a finite number."
-            )
+    """Check the numbers of a simulation, before any work; raises InputError that names the argument."""
+    from PolyPoseLib.evaluation import simulation_limits as limits
+
+    limits.require_in_range(arguments.pixels, (LEAST_PIXELS, limits.PIXELS[1]), "--pixels", "whole number")
+    limits.require_few_pixels(arguments.views, arguments.pixels, ("--views", "--pixels"))
+    limits.require_in_range(arguments.seed or 0, RANGES["seed"], "--seed", "whole number")
+    limits.require_in_range(arguments.arc, limits.ARC_DEG, "--arc")
+    for argument, option in (
+        ("motion_scale", "motion_scale"),
+        ("rotation_error", "rotation_deg"),
+        ("translation_error", "translation_mm"),
+    ):
+        value, name = getattr(arguments, argument), f"--{argument.replace('_', '-')}"
+        limits.require_in_range(value, limits.OPTIONS[option], name)
+    view_distances(arguments)
 
 
 def simulate(
@@ -188,13 +197,13 @@ def simulate(
 
 def view_distances(arguments: argparse.Namespace) -> tuple[float, float]:
     """From the source to the detector and to the isocenter in mm; raises InputError when they do not fit."""
+    from PolyPoseLib.evaluation.simulation_limits import require_distances
     from PolyPoseLib.sample import sample_named
 
     usual = sample_named(arguments.sample).view_mm if arguments.sample else USUAL_VIEW_MM
     given = (arguments.source_to_detector, arguments.source_to_isocenter)
     to_detector, to_isocenter = (usual[n] if given[n] is None else given[n] for n in range(2))
-    if not 0 < to_isocenter < to_detector:
-        raise InputError("--source-to-isocenter must be above 0 and below --source-to-detector.")
+    require_distances(to_detector, to_isocenter, ("--source-to-detector", "--source-to-isocenter"))
     return to_detector, to_isocenter
 
 

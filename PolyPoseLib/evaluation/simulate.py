@@ -15,9 +15,10 @@ import numpy as np
 from scipy.ndimage import find_objects
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.evaluation import independent_projector
+from PolyPoseLib.evaluation import independent_projector, simulation_limits
 from PolyPoseLib.evaluation.motion import JointMotion, apply, draw_motions, rigid_about, structure_points
 from PolyPoseLib.evaluation.posed_ct import pose_ct
+from PolyPoseLib.evaluation.simulation_limits import require_distances, require_few_pixels, require_in_range
 from PolyPoseLib.evaluation.xray_physics import XrayPhysics, measure
 from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at
 from PolyPoseLib.imaging.volume import Volume, hounsfield_to_attenuation
@@ -55,11 +56,8 @@ class SimulationOptions:
 
     def __post_init__(self) -> None:
         """Check the ranges; raises InputError."""
-        for name in ("node_mm", "pad_mm", "slide_mm", "motion_scale", "rotation_deg", "translation_mm"):
-            if not 0 <= getattr(self, name) < np.inf:
-                raise InputError(f"The simulation's {name} must be a number that is not negative.")
-        if self.node_mm < 0.5:
-            raise InputError("The simulation's node_mm must be at least 0.5 mm.")
+        for name, limits in simulation_limits.OPTIONS.items():
+            require_in_range(getattr(self, name), limits, f"The simulation's {name}")
         if self.ends not in ("cut", "continued"):
             raise InputError('The simulation\'s ends must be "cut" or "continued".')
         if self.tissue not in ("harmonic", "elastic"):
@@ -197,7 +195,14 @@ def view_cameras(
         source_to_isocenter_mm: distance from the source to the isocenter.
         isocenter: (3,) LPS mm.
 
+    Raises:
+        InputError: more views or pixels than can be made, or distances that do not fit.
+
     """
+    require_few_pixels(len(angles_deg), pixels)
+    require_distances(
+        source_to_detector_mm, source_to_isocenter_mm, ("source_to_detector_mm", "source_to_isocenter_mm")
+    )
     centre = ct.bounds_center if isocenter is None else np.asarray(isocenter, dtype=np.float64)
     intrinsics = intrinsics_matrix(source_to_detector_mm, detector_mm / pixels, pixels, pixels)
     cameras = []
@@ -214,7 +219,8 @@ def structures_centre(structures: Structures, affine: np.ndarray) -> np.ndarray:
 
 
 def arc_angles(views: int, arc_deg: float) -> list[float]:
-    """Angles of views spread evenly over an arc, starting at 0: two over 30 give 0 and 30."""
+    """Angles of views spread evenly over an arc, starting at 0: two over 30 give 0 and 30; raises InputError."""
+    require_in_range(views, simulation_limits.VIEWS, "views", "whole number")
     return [0.0] if views == 1 else np.linspace(0, arc_deg, views).tolist()
 
 

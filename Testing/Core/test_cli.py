@@ -331,27 +331,6 @@ def test_simulate_asks_for_its_inputs(tmp_path, capsys):
     assert "leave out" in err
 
 
-@pytest.mark.parametrize(
-    ("option", "value"),
-    [
-        ("--seed", -1),
-        ("--seed", 10**30),
-        ("--arc", "nan"),
-        ("--rotation-error", "inf"),
-        ("--motion-scale", "nan"),
-    ],
-)
-def test_simulate_refuses_numbers_of_no_use(study, capsys, option, value):
-    structures = study.with_name("structures.json")
-    structures.write_text('{"structures": {"pelvis": [25], "femur": [75]}, "anchor": "pelvis"}')
-    status, _, err = run_main(
-        ["simulate", "--ct", study.with_name("ct.nii.gz"), "--segmentation", study.with_name("labels.nii.gz"),
-         "--structures", structures, "--output", study.with_name("case"), option, value], capsys,
-    )  # fmt: skip
-    assert status == 2
-    assert f"{option} is {value}" in err
-
-
 def test_evaluate_against_a_second_segmentation(tmp_path, capsys):
     result = make_result()
     result.transform.vectors[:] = 0
