@@ -150,3 +150,34 @@ class ArticulationPrior:
         derivative[:3, 3:] = -back / joint.slide_mm
         derivative[3:, :3] = -back / np.radians(TURN_DEG)
         return derivative
+
+
+class OneBonePrior:
+    """The expectation of one bone's own joints as a function of its pose, the others standing still."""
+
+    def __init__(
+        self, prior: ArticulationPrior, number: int, poses: np.ndarray, factor: float | None = None
+    ) -> None:
+        """number: of the bone; poses: (K, 4, 4) of all.
+
+        factor: on the prior's weight, each joint counting as it does there; None for the weight over the own joints.
+        """
+        own = [joint for joint in prior.articulations if number in (joint.first, joint.second)]
+        weight = prior.weight
+        if factor is not None:
+            weight *= factor * len(own) / max(len(prior.articulations), 1)
+        self._prior = ArticulationPrior(own, prior.centres, [number], weight)
+        self._number, self._poses = number, poses
+
+    def cost(self, poses: np.ndarray) -> float:
+        """For poses (1, 4, 4)."""
+        return self._prior.cost(self._all(poses))
+
+    def add_to(self, poses: np.ndarray, matrix: np.ndarray, gradient: np.ndarray) -> float:
+        """As :meth:`ArticulationPrior.add_to`."""
+        return self._prior.add_to(self._all(poses), matrix, gradient)
+
+    def _all(self, poses: np.ndarray) -> np.ndarray:
+        full = self._poses.copy()
+        full[self._number] = poses[0]
+        return full

@@ -23,6 +23,7 @@ from PolyPoseLib.registration.soft_tissue import SoftTissue
 from PolyPoseLib.registration.study_cameras import StudyCameras, find_study_cameras
 from PolyPoseLib.registration.trust import Judgement, hidden_structures, judge, reasons_for_distrust
 from PolyPoseLib.registration.uncertainty import PoseUncertainty, pose_uncertainties
+from PolyPoseLib.registration.valleys import widened_by_other_valleys
 from PolyPoseLib.rendering.backend import Backend, select_backend
 from PolyPoseLib.result import CameraResult, Result, StructureResult
 from PolyPoseLib.study import Study
@@ -70,7 +71,7 @@ def register(
         after = judge(scene, soft, measured, joint.poses, backend)
         disbelieved = contradicted(scene, soft, measured, joint.poses, backend)
     with monitor.timed("uncertainty"):
-        doubts = _doubts(joint, disbelieved) if options.uncertainty else {}
+        doubts = _doubts(joint, disbelieved, monitor) if options.uncertainty else {}
     verdict = _Verdict(before, after, disbelieved, doubts)
     return _assemble(study, options, scene, soft, found, joint, verdict, rest, device, backend, monitor)
 
@@ -132,9 +133,12 @@ def _fit_bones(
     )
 
 
-def _doubts(joint: JointResult, disbelieved: Sequence[int]) -> dict[int, PoseUncertainty]:
+def _doubts(joint: JointResult, disbelieved: Sequence[int], monitor: Monitor) -> dict[int, PoseUncertainty]:
     doubts = pose_uncertainties(joint.problem, joint.state)
-    return doubts | {k: PoseUncertainty.unseen() for k in disbelieved if k in doubts}
+    believed = {k: doubt for k, doubt in doubts.items() if k not in disbelieved}
+    return {k: PoseUncertainty.unseen() for k in doubts} | widened_by_other_valleys(
+        joint.problem, joint.state, believed, lambda n, total: monitor.step("uncertainty", n, total, None)
+    )
 
 
 def _preview_writer(path: Path) -> Callable[[DisplacementField], str | None]:

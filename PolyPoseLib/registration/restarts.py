@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from PolyPoseLib.registration.articulations import ArticulationPrior
+from PolyPoseLib.registration.articulations import ArticulationPrior, OneBonePrior
 from PolyPoseLib.registration.levels import Level, Measured, pixel_size_mm, view_at
 from PolyPoseLib.registration.levenberg import SolverOptions, minimise
 from PolyPoseLib.registration.monitor import Monitor
@@ -94,29 +94,6 @@ class _Bone:
     backend: Backend
 
 
-class _OneBonePrior:
-    """The joints' expectation as a function of one bone's pose, the others standing still."""
-
-    def __init__(self, bone: _Bone, poses: np.ndarray) -> None:
-        scene = bone.scene
-        own = [joint for joint in scene.articulations if bone.number in (joint.first, joint.second)]
-        self._prior = ArticulationPrior(own, scene.centres, [bone.number], bone.level.joint_weight)
-        self._number, self._poses = bone.number, poses
-
-    def cost(self, poses: np.ndarray) -> float:
-        """For poses (1, 4, 4)."""
-        return self._prior.cost(self._all(poses))
-
-    def add_to(self, poses: np.ndarray, matrix: np.ndarray, gradient: np.ndarray) -> float:
-        """As :meth:`ArticulationPrior.add_to`."""
-        return self._prior.add_to(self._all(poses), matrix, gradient)
-
-    def _all(self, poses: np.ndarray) -> np.ndarray:
-        full = self._poses.copy()
-        full[self._number] = poses[0]
-        return full
-
-
 def _starts(pose: np.ndarray, carried: np.ndarray, joints: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
     """The present pose, rest, the neighbour's motion, turns about each joint and shifts."""
     yield pose
@@ -164,7 +141,10 @@ def _best_start(
     if not seen:
         return poses[neighbour]
     centre = bone.scene.anchor_centre
-    prior = _OneBonePrior(bone, poses)
+    joints = ArticulationPrior(
+        bone.scene.articulations, bone.scene.centres, [bone.number], bone.level.joint_weight
+    )
+    prior = OneBonePrior(joints, bone.number, poses)
     problem = RigidProblem([body], seen, [0], [], centre, bone.level.size_mm, bone.backend, prior)
     corrections = np.stack([np.eye(4)] * len(seen))
     short = [minimise(problem, State(start[None], corrections), SolverOptions(SHORT)) for start in starts]

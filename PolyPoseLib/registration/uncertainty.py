@@ -101,7 +101,7 @@ def pose_uncertainties(problem: RigidProblem, state: State) -> dict[int, PoseUnc
         weighted = jacobian * view.weight
         where = np.ix_(columns, columns)
         curvature[where] += weighted[:, used] @ jacobian[:, used].T
-        sums = _cluster_sums(weighted * linear.residual, PATCHES_PER_CLUSTER * view.contrast.size)
+        sums = cluster_sums(weighted * linear.residual, PATCHES_PER_CLUSTER * view.contrast.size)
         spread[where] += sums @ sums.T
     unseen = np.tile(_UNSEEN, problem.size // 6)
     # The prior enters in the residual's own unit, so that it matters only where the images say nothing.
@@ -116,7 +116,7 @@ def pose_uncertainties(problem: RigidProblem, state: State) -> dict[int, PoseUnc
     }
 
 
-def _cluster_sums(images: np.ndarray, size: int) -> np.ndarray:
+def cluster_sums(images: np.ndarray, size: int) -> np.ndarray:
     """Sums (p, clusters) of (p, H, W) over square clusters of ``size`` pixels."""
     count, height, width = images.shape
     padded = np.pad(images, ((0, 0), (0, -height % size), (0, -width % size)))
