@@ -58,7 +58,6 @@ class ImageLoss:
         except InputError:
             return image, slope
         part = project_body(self.body, camera, np.eye(4), self.size_mm, self.backend, jacobian=True)
-        row0, row1, column0, column1 = part.window
-        image[row0:row1, column0:column1] = part.image
-        slope[:, row0:row1, column0:column1] = part.jacobian
+        image[part.slices] = part.image
+        slope[(slice(None), *part.slices)] = part.jacobian
         return image, slope

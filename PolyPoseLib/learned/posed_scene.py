@@ -74,8 +74,7 @@ class PosedScene:
         for body, pose, gain in parts:
             if gain:
                 part = project_body(body, camera, pose, self.size_mm, backend)
-                row0, row1, column0, column1 = part.window
-                image[row0:row1, column0:column1] += np.float32(gain) * part.image
+                image[part.slices] += np.float32(gain) * part.image
         return image
 
     def draw(self, rng: np.random.Generator, camera: Camera, backend: Backend) -> np.ndarray:

@@ -117,8 +117,7 @@ class CoarseSearch:
     def _project(self, body: Body, camera: Camera) -> np.ndarray:
         image = np.zeros((camera.height, camera.width), np.float32)
         part: BodyProjection = project_body(body, camera, np.eye(4), SIZE_MM, self.backend)
-        row0, row1, column0, column1 = part.window
-        image[row0:row1, column0:column1] = part.image
+        image[part.slices] = part.image
         return image
 
     def _rolled(self, image: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -110,8 +110,7 @@ def render_views(
         image = soft.render(field, small, np.eye(4), WORKING_MM, backend)
         for body, pose in zip(scene.bodies(WORKING_MM), poses, strict=True):
             part = project_body(body, small, pose, WORKING_MM, backend)
-            row0, row1, column0, column1 = part.window
-            image[row0:row1, column0:column1] += part.image
+            image[part.slices] += part.image
         images.append(_enlarged(image, camera, factor))
     return images
 

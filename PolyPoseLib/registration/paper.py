@@ -85,11 +85,10 @@ def find_camera_by_anchor(
             step = sample_distance(ct, level)
             part = project_body(body, view.camera, pose, step, backend, jacobian=True)
             image = np.zeros(view.image.shape, np.float32)
-            row0, row1, column0, column1 = part.window
-            image[row0:row1, column0:column1] = part.image
+            image[part.slices] = part.image
             similarity, slope = judge(image)
             monitor.step(stage, done + iteration, total, similarity)
-            by_left = np.tensordot(part.jacobian, slope[row0:row1, column0:column1], 2)
+            by_left = np.tensordot(part.jacobian, slope[part.slices], 2)
             parameters = adam.ascend(parameters, se3.left_jacobian(vector).numpy().T @ by_left)
         done += level.iterations
     correction = about(se3.exp(torch.as_tensor(parameters)).numpy(), scene.anchor_centre)

@@ -16,7 +16,7 @@ from PolyPoseLib.registration.articulations import ArticulationPrior
 from PolyPoseLib.registration.local_contrast import LocalContrast
 from PolyPoseLib.registration.rigid_motion import about, adjoint_of_correction, perturbation
 from PolyPoseLib.rendering.backend import Backend
-from PolyPoseLib.rendering.rigid import Body, BodyProjection, Window, project_body
+from PolyPoseLib.rendering.rigid import Body, BodyProjection, Window, project_body, slices_of
 
 
 @dataclass
@@ -88,7 +88,7 @@ class Block:
     @property
     def slices(self) -> tuple[slice, slice]:
         """The window as an index into an image."""
-        return slice(self.window[0], self.window[1]), slice(self.window[2], self.window[3])
+        return slices_of(self.window)
 
 
 @dataclass(frozen=True)
@@ -154,8 +154,7 @@ class RigidProblem:
             wanted = jacobian and (k in self.free_poses or view_index in self.free_cameras)
             pose = state.poses[k] @ state.corrections[view_index]
             projection = project_body(body, view.camera, pose, self.step_mm, self.backend, wanted)
-            row0, row1, column0, column1 = projection.window
-            image[row0:row1, column0:column1] += projection.image
+            image[projection.slices] += projection.image
             projections.append(projection)
         return image, projections
 
@@ -208,9 +207,8 @@ class RigidProblem:
                 blocks.append(Block(6 * self.free_poses.index(k), window, change))
             if camera_change is not None:
                 spread = adjoint_of_correction(state.poses[k], self.bodies[k].centre, self.camera_centre)
-                row0, row1, column0, column1 = projection.window
                 moved = np.tensordot(spread.T.astype(np.float32), projection.jacobian, 1)
-                camera_change[:, row0:row1, column0:column1] += moved
+                camera_change[(slice(None), *projection.slices)] += moved
         if camera_change is not None:
             whole = (0, image.shape[0], 0, image.shape[1])
             change, window = view.contrast.derivative(normalised, camera_change, whole)

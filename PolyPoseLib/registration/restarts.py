@@ -162,14 +162,12 @@ def _view_of_one_bone(
     for k, body in enumerate(bone.scene.bodies(size)):
         if k != bone.number:
             part = project_body(body, view.camera, poses[k], size, bone.backend)
-            row0, row1, column0, column1 = part.window
-            static[row0:row1, column0:column1] += part.image
+            static[part.slices] += part.image
     body = bone.scene.bodies(size)[bone.number]
     shows = np.zeros(static.shape, bool)
     for start in starts:
         part = project_body(body, view.camera, start, size, bone.backend)
-        row0, row1, column0, column1 = part.window
-        shows[row0:row1, column0:column1] |= np.abs(part.image) > VISIBLE_LINE_INTEGRAL
+        shows[part.slices] |= np.abs(part.image) > VISIBLE_LINE_INTEGRAL
     region = within(shows, REACH_MM / pixel_size_mm(view.camera, bone.scene.anchor_centre))
     weight = np.where(region & (view.contrast.support > 0), reliability(view), 0).astype(np.float32)
     return replace(view, static=static, weight=weight)

@@ -7,6 +7,8 @@ import math
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from PolyPoseLib.geometry.camera import rigid_inverse
+
 
 def perturbation(delta: np.ndarray) -> np.ndarray:
     """(4, 4) motion that turns by the vector delta[:3] (rad) and then shifts by delta[3:] (mm)."""
@@ -48,6 +50,12 @@ def about(motion: np.ndarray, centre: np.ndarray) -> np.ndarray:
     moved = motion.copy()
     moved[:3, 3] += centre - motion[:3, :3] @ centre
     return moved
+
+
+def perturbation_between(first: np.ndarray, second: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """(6,) the perturbation, on the left and about ``centre`` (3,) mm, that leads from one pose (4, 4) to another."""
+    motion = second @ rigid_inverse(first)
+    return np.r_[rotation_vectors(motion[:3, :3]), motion[:3, :3] @ centre + motion[:3, 3] - centre]
 
 
 def skew(vector: np.ndarray) -> np.ndarray:

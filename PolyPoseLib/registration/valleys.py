@@ -16,9 +16,9 @@ from PolyPoseLib.registration.articulations import ArticulationPrior, OneBonePri
 from PolyPoseLib.registration.cameras import corrected
 from PolyPoseLib.registration.levenberg import SolverOptions, minimise
 from PolyPoseLib.registration.problem import RigidProblem, State, View
-from PolyPoseLib.registration.rigid_motion import about, perturbation, rotation_vectors
+from PolyPoseLib.registration.rigid_motion import about, perturbation, perturbation_between
 from PolyPoseLib.registration.uncertainty import PATCHES_PER_CLUSTER, PoseUncertainty, cluster_sums
-from PolyPoseLib.rendering.rigid import footprint, project_body
+from PolyPoseLib.rendering.rigid import footprint
 
 PUSH_DEVIATIONS = 4.0
 """How far a bone is pushed, in standard deviations of its pose."""
@@ -68,7 +68,7 @@ def _other_places(problem: RigidProblem, state: State, k: int, doubt: PoseUncert
     for start in starts:
         rest = minimise(alone, replace(found, poses=start[None]), SolverOptions(ITERATIONS)).state
         if not _is_refuted(alone, found, rest):
-            places.append(_between(found.poses[0], rest.poses[0], body.centre))
+            places.append(perturbation_between(found.poses[0], rest.poses[0], body.centre))
     return places
 
 
@@ -106,12 +106,8 @@ def _view_of_one_bone(problem: RigidProblem, state: State, n: int, k: int, start
     """A view with its refined camera in which all but one bone is static, weighted near that bone only."""
     view = problem.views[n]
     camera = corrected(view.camera, state.corrections[n])
-    static = view.static.astype(np.float32).copy()
-    for number, body in enumerate(problem.bodies):
-        if number != k:
-            part = project_body(body, camera, state.poses[number], problem.step_mm, problem.backend)
-            row0, row1, column0, column1 = part.window
-            static[row0:row1, column0:column1] += part.image
+    static, parts = problem.render(state, n)
+    static[parts[k].slices] -= parts[k].image
     weight = np.zeros_like(view.weight)
     grow = view.contrast.size // 2
     for pose in (state.poses[k], *starts):
@@ -136,12 +132,6 @@ def _is_refuted(alone: RigidProblem, found: State, rest: State) -> bool:
         total += float(sums.sum())
         variance += float((sums**2).sum())
     return total > TOLD_APART * np.sqrt(variance)
-
-
-def _between(first: np.ndarray, second: np.ndarray, centre: np.ndarray) -> np.ndarray:
-    """(6,) perturbation about ``centre`` that leads from the first pose to the second."""
-    motion = second @ np.linalg.inv(first)
-    return np.r_[rotation_vectors(motion[:3, :3]), motion[:3, :3] @ centre + motion[:3, 3] - centre]
 
 
 def _size_mm(away: np.ndarray) -> float:

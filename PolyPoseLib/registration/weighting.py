@@ -27,8 +27,7 @@ def covered(problem: RigidProblem, state: State, view_index: int, which: Iterabl
     for k in which:
         pose = state.poses[k] @ state.corrections[view_index]
         part = project_body(problem.bodies[k], view.camera, pose, problem.step_mm, problem.backend)
-        row0, row1, column0, column1 = part.window
-        shows[row0:row1, column0:column1] |= np.abs(part.image) > VISIBLE_LINE_INTEGRAL
+        shows[part.slices] |= np.abs(part.image) > VISIBLE_LINE_INTEGRAL
     return shows
 
 

@@ -40,8 +40,7 @@ class PreviewRenderer:
         """Line integrals (H, W) float32 of the CT, at rest, through a camera."""
         projection = project_body(self._body, camera, _AT_REST, self._step_mm, self._backend)
         image = np.zeros((camera.height, camera.width), np.float32)
-        row0, row1, column0, column1 = projection.window
-        image[row0:row1, column0:column1] = projection.image
+        image[projection.slices] = projection.image
         return image
 
 

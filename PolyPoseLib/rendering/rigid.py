@@ -20,6 +20,11 @@ Window = tuple[int, int, int, int]
 """Row 0, row 1, column 0, column 1 of a part of an image, ends excluded."""
 
 
+def slices_of(window: Window) -> tuple[slice, slice]:
+    """A window as an index into the whole image."""
+    return slice(window[0], window[1]), slice(window[2], window[3])
+
+
 @dataclass(frozen=True, eq=False)
 class Body:
     """Attenuation of one rigid body.
@@ -70,6 +75,11 @@ class BodyProjection:
     window: Window
     image: np.ndarray
     jacobian: np.ndarray | None
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """The window as an index into the whole image."""
+        return slices_of(self.window)
 
 
 def footprint(body: Body, camera: Camera, fixed_to_moving: np.ndarray) -> Window:
