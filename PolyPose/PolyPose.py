@@ -21,7 +21,7 @@ from slicer.util import VTKObservationMixin
 if str(Path(__file__).parent) not in sys.path:
     sys.path.insert(0, str(Path(__file__).parent))
 
-from PolyPoseSlicer import environment
+from PolyPoseSlicer.process import environment
 
 environment.make_core_importable()
 
@@ -53,7 +53,7 @@ def registerSampleData() -> None:
         return
     from PolyPoseSlicer import samples
 
-    samples.register()
+    samples.register(lambda: PolyPoseLogic().getParameterNode())
 
 
 class PolyPoseWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
@@ -76,7 +76,7 @@ class PolyPoseWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
             label.wordWrap = True
             self.layout.addWidget(label)
             return
-        from PolyPoseSlicer.panel import Panel
+        from PolyPoseSlicer.panel.panel import Panel
 
         self.panel = Panel(self, PolyPoseLogic())
 
@@ -105,9 +105,9 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
     """
 
     def getParameterNode(self) -> Any:
-        """The scene's PolyPoseSlicer.parameters.PolyPoseParameterNode."""
-        from PolyPoseSlicer.grid_transform import keep_linear
-        from PolyPoseSlicer.parameters import PolyPoseParameterNode
+        """The scene's PolyPoseSlicer.study.parameters.PolyPoseParameterNode."""
+        from PolyPoseSlicer.scene.grid_transform import keep_linear
+        from PolyPoseSlicer.study.parameters import PolyPoseParameterNode
 
         parameters = PolyPoseParameterNode(super().getParameterNode())
         keep_linear(parameters.outputTransform)
@@ -127,17 +127,17 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
         outputFolder: str | Path | None = None,
         progress: Callable[[Any], None] | None = None,
     ) -> Any:
-        """Register and wait; returns PolyPoseSlicer.results.OutputNodes.
+        """Register and wait; returns PolyPoseSlicer.study.results.OutputNodes.
 
         ctNode, segmentationNode: taken as they are shown, their transforms included; never changed.
         structures: {structure: names or IDs of segments}, or names of segments that each move by themselves.
-        xrays: PolyPoseSlicer.xray_source.XraySource, image node, or path of a file each.
+        xrays: PolyPoseSlicer.study.xray_source.XraySource, image node, or path of a file each.
         anchor: the structure that stays where it is.
         output...: nodes to fill; made when they are None. outputTransform maps from the X-rays' posture, which
             the views show, to the CT, which lies under it.
-        options: as in PolyPoseLib.options, such as {"preset": "fast"}.
+        options: as in PolyPoseLib.data.options, such as {"preset": "fast"}.
         outputFolder: where to keep the result folder.
-        progress: called with each PolyPoseSlicer.job.ProgressEvent.
+        progress: called with each PolyPoseSlicer.process.job.ProgressEvent.
 
         Raises InputError (something is missing or wrong), UntrustedResultError (the nodes are made, but must
         not be trusted), CancelledError, or another PolyPoseError.
@@ -170,12 +170,12 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
         outputFolder: str | Path | None = None,
         preview: bool = False,
     ) -> Any:
-        """As `register`, but returns at once a PolyPoseSlicer.registration.Registration, which has to be polled.
+        """As `register`, but returns at once a `process.registration.Registration`, which has to be polled.
 
         preview: refresh outputTransform while it runs.
         """
         from PolyPoseSlicer.calls import start
-        from PolyPoseSlicer.results import OutputNodes
+        from PolyPoseSlicer.study.results import OutputNodes
 
         nodes = OutputNodes(outputTransform, outputVolume, outputSegmentation)
         return start(
@@ -186,7 +186,7 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
         self, parameterNode: Any = None, progress: Callable[[Any], None] | None = None
     ) -> Any:
         """Register what a parameter node says, wait, store the outputs in it and return them."""
-        from PolyPoseSlicer.parameters import store_outputs
+        from PolyPoseSlicer.study.parameters import store_outputs
 
         from PolyPoseLib.errors import UntrustedResultError
 
@@ -204,7 +204,7 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
         preview: bool | None = None,
         outputFolder: str | Path | None = None,
     ) -> Any:
-        """As `startRegistration`, from a parameter node; PolyPoseSlicer.parameters.store_outputs at its end."""
+        """As `startRegistration`, from a parameter node; PolyPoseSlicer.study.parameters.store_outputs at its end."""
         from PolyPoseSlicer.calls import start_parameters
 
         return start_parameters(parameterNode or self.getParameterNode(), preview, outputFolder)
@@ -212,7 +212,7 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
     def startCameras(self, numbers: Sequence[int], parameterNode: Any = None) -> Any:
         """Look for the first cameras of some X-rays of a parameter node, counted from 0, by their chosen ways.
 
-        Returns at once a PolyPoseSlicer.camera_run.CameraRun, which has to be polled; `found` tells how sure each
+        Returns at once a `process.camera_run.CameraRun`, which has to be polled; `found` tells how sure each
         camera is. Nothing is stored. Raises InputError when something is missing or wrong.
         """
         from PolyPoseSlicer.calls import start_cameras
@@ -220,7 +220,7 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
         return start_cameras(parameterNode or self.getParameterNode(), numbers)
 
     def loadResult(self, folder: str | Path, ctNode: Any = None, segmentationNode: Any = None) -> Any:
-        """Open the folder of an earlier registration; returns PolyPoseSlicer.results.OutputNodes.
+        """Open the folder of an earlier registration; returns PolyPoseSlicer.study.results.OutputNodes.
 
         segmentationNode: gives the segments their names and colours when the folder was made from it.
         Raises InputError when the folder holds no whole result.
@@ -231,7 +231,7 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
 
     def missingInput(self, parameterNode: Any = None) -> str:
         """One sentence that says what is still missing, empty when a registration can start."""
-        from PolyPoseSlicer.parameters import missing_input
+        from PolyPoseSlicer.study.parameters import missing_input
 
         return environment.version_problem() or missing_input(parameterNode or self.getParameterNode())
 
@@ -248,7 +248,12 @@ class PolyPoseTest(ScriptedLoadableModuleTest):
         from PolyPoseSlicer import self_test
 
         self.setUp()
-        for test in (self_test.test_frames, self_test.test_study, self_test.test_registration):
+        tests = (
+            (self_test.test_frames, ()),
+            (self_test.test_study, ()),
+            (self_test.test_registration, (PolyPoseLogic(),)),
+        )
+        for test, needs in tests:
             self.delayDisplay(test.__doc__.splitlines()[0])
-            test(self)
+            test(self, *needs)
             slicer.mrmlScene.Clear()

@@ -21,7 +21,7 @@ FAILED = 1
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of all subcommands."""
-    from PolyPoseLib.commands import commands
+    from PolyPoseLib.cli import commands
 
     parser = argparse.ArgumentParser(
         prog="python -m PolyPoseLib",
@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     fault).
     """
     arguments = build_parser().parse_args(argv)
-    from PolyPoseLib.commands._console import start_logging
+    from PolyPoseLib.cli._console import start_logging
 
     start_logging(arguments.quiet)
     _print_any_text()

@@ -10,7 +10,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     if not os.environ.get("POLYPOSE_FETCH_SAMPLES"):
         return
     from PolyPoseLib.errors import InputError
-    from PolyPoseLib.sample import SAMPLES, fetch_sample
+    from PolyPoseLib.io.samples import SAMPLES, fetch_sample
 
     for name in SAMPLES:
         try:

@@ -9,11 +9,12 @@ from typing import Any
 
 from PolyPoseLib.errors import InputError
 
-from . import environment
-from .camera_run import CameraRun
-from .camera_way import Way
-from .loading import load_folder
-from .parameters import (
+from .process import environment
+from .process.camera_run import CameraRun
+from .process.registration import Registration
+from .study.camera_source import Way
+from .study.loading import load_folder
+from .study.parameters import (
     PolyPoseParameterNode,
     missing_input,
     options_of,
@@ -21,10 +22,9 @@ from .parameters import (
     structures_of,
     xray_sources,
 )
-from .registration import Registration
-from .results import InputStyle, OutputNodes, fill_nodes
-from .study_writer import read_study
-from .xray_source import XraySource
+from .study.results import InputStyle, OutputNodes, fill_nodes
+from .study.writer import read_study
+from .study.xray_source import XraySource
 
 NAME = "PolyPose"
 """Begins the names of new nodes."""

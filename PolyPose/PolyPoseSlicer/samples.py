@@ -6,7 +6,7 @@ import json
 import os
 import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +15,11 @@ from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import PolyPoseError
 
-from .dependencies import ensure_dependencies
-from .environment import child_environment, python_executable
-from .job import Job
-from .study_reader import open_study
-from .study_run import error_of
+from .process.dependencies import ensure_dependencies
+from .process.environment import child_environment, python_executable
+from .process.job import Job
+from .process.study_run import error_of
+from .study.reader import open_study
 
 CATEGORY = "PolyPose"
 SAMPLE_NAME = "PolyPosePelvis"
@@ -45,8 +45,8 @@ CASE_FOLDER = "PolyPosePelvis-case-1"
 _WAIT_SECONDS = 0.03
 
 
-def register() -> None:
-    """Offer the sample in the module Sample Data."""
+def register(parameter_node: Callable[[], Any]) -> None:
+    """Offer the sample in the module Sample Data; parameter_node: gives the one that is filled in when it is loaded."""
     from SampleData import SampleDataLogic
 
     SampleDataLogic.registerCustomSampleDataCategory(CATEGORY, title="PolyPose")
@@ -62,27 +62,25 @@ def register() -> None:
         checksums=[CT[2], LABELS[2]],
         loadFiles=[False, False],
         thumbnailFileName=str(_RESOURCES / "Icons" / "PolyPosePelvis.png"),
-        customDownloader=download_or_say,
+        customDownloader=lambda source=None: download_or_say(parameter_node),
     )
 
 
-def download_or_say(source: Any = None) -> list[slicer.vtkMRMLNode]:
+def download_or_say(parameter_node: Callable[[], Any]) -> list[slicer.vtkMRMLNode]:
     """As `download`, for Sample Data's button, which lets an exception go unseen: a window says what went wrong."""
     try:
-        return download(source)
+        return download(parameter_node)
     except Exception as error:  # the network, the disk, a checksum: SampleData raises whatever it meets
         slicer.util.errorDisplay(str(error), detailedText=traceback.format_exc())
         return []
 
 
-def download(_source: Any = None) -> list[slicer.vtkMRMLNode]:
+def download(parameter_node: Callable[[], Any]) -> list[slicer.vtkMRMLNode]:
     """Fetch the CT and labels, simulate the X-rays, and set up the module's parameter node with them.
 
     Raises DependencyError when packages are missing and declined, another PolyPoseError when it fails.
     """
     from SampleData import SampleDataLogic
-
-    from PolyPose import PolyPoseLogic
 
     logic = SampleDataLogic()
     files = [logic.downloadFileIntoCache(uri, name, checksum) for uri, name, checksum in (CT, LABELS)]
@@ -91,7 +89,7 @@ def download(_source: Any = None) -> list[slicer.vtkMRMLNode]:
     if not study.is_file():
         ensure_dependencies(_RESOURCES / "requirements.txt")
         simulate(files[0], files[1], case)
-    return open_study(study, PolyPoseLogic().getParameterNode(), LABEL_TABLE)
+    return open_study(study, parameter_node(), LABEL_TABLE)
 
 
 def simulate(ct: str, labels: str, case: Path) -> None:
@@ -99,7 +97,7 @@ def simulate(ct: str, labels: str, case: Path) -> None:
 
     case: the folder for the study; it appears when it is whole. Raises PolyPoseError when it fails.
     """
-    from PolyPoseLib.sample import suggestion
+    from PolyPoseLib.io.samples import suggestion
 
     structures = case.with_name(case.name + "-structures.json")
     structures.write_text(json.dumps(suggestion("pelvis")), encoding="utf-8")

@@ -5,14 +5,15 @@ from __future__ import annotations
 import importlib.util
 import unittest
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import slicer
 
-from .cameras import SceneCamera, set_camera
-from .frames import flip_affine, flip_map, flip_vectors, to_vtk
-from .motions import motion_rows, motions_of
-from .xray_source import XraySource
+from .scene.cameras import SceneCamera, set_camera
+from .scene.frames import flip_affine, flip_map, flip_vectors, to_vtk
+from .scene.motions import motion_rows, motions_of
+from .study.xray_source import XraySource
 
 VOXELS = 56
 SPACING_MM = 4.0
@@ -142,7 +143,7 @@ def test_frames(test: unittest.TestCase) -> None:
 
 def test_study(test: unittest.TestCase) -> None:
     """Nodes become a study without being changed."""
-    from .study_writer import merged_labels, read_study
+    from .study.writer import merged_labels, read_study
 
     phantom = make_phantom()
     structures = {"fixed": ["fixed"], "mobile": ["mobile"]}
@@ -152,14 +153,12 @@ def test_study(test: unittest.TestCase) -> None:
     test.assertEqual(len(study.xrays), 2)
 
 
-def test_registration(test: unittest.TestCase) -> None:
+def test_registration(test: unittest.TestCase, logic: Any) -> None:
     """A known motion is found, from nodes to nodes."""
     if importlib.util.find_spec("torch") is None:
         test.skipTest("PyTorch is not installed")
-    from PolyPose import PolyPoseLogic
-
     phantom = make_phantom()
-    nodes = PolyPoseLogic().register(
+    nodes = logic.register(
         phantom.ct,
         phantom.segmentation,
         ["fixed", "mobile"],

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from PolyPoseLib.geometry.camera import rigid_inverse
+from PolyPoseLib.geometry.rigid import rigid_inverse
 
 LEVEL = 0.95
 """Probability of the intervals that a result states."""

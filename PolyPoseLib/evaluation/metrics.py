@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.geometry.camera import Camera, rigid_inverse
-from PolyPoseLib.imaging.boxes import bounding_box
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.grid import bounding_box
+from PolyPoseLib.geometry.rigid import rigid_inverse
 
 PointMap = Callable[[np.ndarray], np.ndarray]
 """Takes points (N, 3) in LPS mm to points (N, 3) in LPS mm."""

@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from PolyPoseLib.data.segmentation import Segmentation
+from PolyPoseLib.data.volume import Volume, resample_labels_onto
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.evaluation import metrics
-from PolyPoseLib.imaging.volume import Volume, resample_labels_onto
 
 if TYPE_CHECKING:
-    from PolyPoseLib.result import Result
+    from PolyPoseLib.data.result import Result
 
 
 def score_segmentation(
-    result: Result | str | Path, segmentation: Volume | str | Path, names: Mapping[int, str] | None = None
+    result: Result, segmentation: Segmentation, names: Mapping[int, str] | None = None
 ) -> dict[str, Any]:
     """Score a result's warped labels against labels of the fixed frame that have the same numbers.
 
     Args:
-        result: a result or the folder that holds one.
-        segmentation: label map in the fixed frame on any grid, or its file.
+        result: of a registration, such as ``load_result`` reads.
+        segmentation: label map in the fixed frame on any grid, such as ``read_segmentation`` reads.
         names: {label: name} for the table; the numbers themselves when None.
 
     Returns:
@@ -32,13 +32,11 @@ def score_segmentation(
         "sd_log_jacobian"}.
 
     Raises:
-        InputError: a file is not what it should be, or both have no label in common.
+        InputError: the segmentation has overlapping layers, or both have no label in common.
 
     """
-    from PolyPoseLib.result import load_result
     from PolyPoseLib.warp.dense import jacobian_determinant
 
-    result = load_result(result) if isinstance(result, (str, Path)) else result
     fixed = _label_map(segmentation)
     found = result.warped_labels
     truth = resample_labels_onto(fixed, found)
@@ -68,15 +66,10 @@ def score_segmentation(
     }
 
 
-def _label_map(segmentation: Volume | str | Path) -> Volume:
+def _label_map(segmentation: Segmentation) -> Volume:
     """The one layer of a segmentation."""
-    from PolyPoseLib.imaging.segmentation import Segmentation, read_segmentation
-
-    read = (
-        Segmentation.from_labels(segmentation)
-        if isinstance(segmentation, Volume)
-        else read_segmentation(segmentation)
-    )
-    if read.has_layers:
-        raise InputError(f"{read.source}: the segmentation has overlapping layers: export it as a label map.")
-    return read.layers[0]
+    if segmentation.has_layers:
+        raise InputError(
+            f"{segmentation.source}: the segmentation has overlapping layers: export it as a label map."
+        )
+    return segmentation.layers[0]

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from PolyPoseLib.data.result import INTERVALS
+from PolyPoseLib.data.truth import Truth
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.evaluation import metrics
 from PolyPoseLib.evaluation.calibration import interval_ratios
-from PolyPoseLib.evaluation.truth import Truth
-from PolyPoseLib.geometry.camera import Camera, rigid_inverse
-from PolyPoseLib.result_files import INTERVALS
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.rigid import rigid_inverse
 
 if TYPE_CHECKING:
-    from PolyPoseLib.result import CameraResult, Result
-    from PolyPoseLib.warp.field import DisplacementField
+    from PolyPoseLib.data.displacement_field import DisplacementField
+    from PolyPoseLib.data.result import CameraResult, Result
 
 _UNCERTAINTY: dict[str, tuple[int, ...]] = {
     **{name: shape for name, shape in INTERVALS.items() if name != "level"},
@@ -34,13 +34,13 @@ _MINIMUM_ORGAN_VOXELS = 50
 
 
 def score_result(
-    result: Result | str | Path, truth: Truth | str | Path, stands_for: Mapping[str, str] | None = None
+    result: Result, truth: Truth, stands_for: Mapping[str, str] | None = None
 ) -> dict[str, Any]:
     """Score a result against the truth.
 
     Args:
-        result: a result or the folder that holds one.
-        truth: a truth or the folder that holds one.
+        result: of a registration, such as ``load_result`` reads.
+        truth: of the same case, such as ``load_truth`` reads.
         stands_for: {structure of the truth: structure of the result} where names differ, as when a study
         fused
             bones that the truth moves apart.
@@ -68,14 +68,10 @@ def score_result(
         "organs" {name: Dice}, "seconds", "warnings", "distrust".
 
     Raises:
-        InputError: a folder is not what it should be, or the result lacks a structure or a camera of the
+        InputError: the result lacks a structure or a camera of the
         truth.
 
     """
-    from PolyPoseLib.result import load_result
-
-    truth = truth if isinstance(truth, Truth) else Truth.load(truth)
-    result = load_result(result) if isinstance(result, (str, Path)) else result
     names = {name: (stands_for or {}).get(name, name) for name in truth.names}
     missing = [name for name in names.values() if name not in result.structures]
     if missing:

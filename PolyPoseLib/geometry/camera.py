@@ -8,121 +8,21 @@ A world point X projects to K (R X + t); the source is at -R^T t.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from PolyPoseLib.errors import InputError, shown
-
-RIGID_TOLERANCE = 1e-4
-"""Largest entry of |R R^T - I| that is taken for rounding (four decimals in a JSON file) and mended."""
-
-
-MAX_TRANSLATION_MM = 1e7
-"""Farther translations are taken for a wrong unit; with much farther ones the arithmetic overflows."""
+from PolyPoseLib.geometry.rigid import is_real_number, real_array, require_rigid
 
 FOCAL_RANGE_PX = (0.01, 1e9)
 """Focal lengths of intrinsics: detectors have some thousands of pixels, and beyond it the arithmetic overflows."""
 
 MAX_OFFSET_PX = 1e9
 """Largest skew and principal point of intrinsics, either way."""
-
-
-def is_real_number(value: Any) -> bool:
-    """Whether a value is one finite real number that float64 can hold; truth values and texts are none."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        return False
-    try:
-        return math.isfinite(value)
-    except OverflowError:
-        return False
-
-
-def real_array(value: ArrayLike) -> np.ndarray:
-    """A float64 copy of an array or of nested lists of numbers; raises ValueError for anything else inside.
-
-    NumPy by itself takes "3" and true for numbers. Whole numbers beyond float64 become infinite.
-    """
-    array = np.asarray(value) if hasattr(value, "__array__") else np.array(value, dtype=object)
-    if array.dtype.kind in "fiu":
-        return np.array(array, dtype=np.float64)
-    numbers = [_as_float(item) for item in array.ravel().tolist()]
-    return np.array(numbers, dtype=np.float64).reshape(array.shape)
-
-
-def _as_float(value: Any) -> float:
-    """One number of a list; raises ValueError when it is none."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise ValueError("not a number")
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
-
-
-def require_rigid(matrix: ArrayLike, where: str = "extrinsic") -> np.ndarray:
-    """Check that a matrix is a rigid motion and return it in float64 with an exactly orthonormal rotation.
-
-    Args:
-        matrix: (4, 4): a rotation, a translation in mm in the last column, and the last row 0 0 0 1.
-        where: what the matrix is, for the error's sentence (file and field, for example).
-
-    Returns:
-        (4, 4) float64. A rotation within RIGID_TOLERANCE of orthonormal is replaced by the nearest rotation
-        (polar decomposition; Higham, "Computing the polar decomposition", SIAM J. Sci. Stat. Comput. 1986).
-
-    Raises:
-        InputError: wrong shape, not finite, wrong last row, not orthonormal, a reflection, or farther than
-            MAX_TRANSLATION_MM.
-
-    """
-    try:
-        rigid = real_array(matrix)
-    except (TypeError, ValueError):
-        raise InputError(f"{where} is not a table of numbers; give 4 rows of 4 numbers.") from None
-    if rigid.shape != (4, 4):
-        raise InputError(f"{where} has shape {rigid.shape}; give a 4x4 matrix, 4 rows of 4 numbers.")
-    if not np.isfinite(rigid).all():
-        raise InputError(f"{where} holds NaN or infinity; give finite numbers.")
-    if not np.allclose(rigid[3], (0, 0, 0, 1), rtol=0, atol=1e-9):
-        raise InputError(f"{where} has the last row {rigid[3].tolist()}; it must be 0 0 0 1.")
-    if np.abs(rigid[:3, 3]).max() > MAX_TRANSLATION_MM:
-        raise InputError(
-            f"{where} has a translation beyond {MAX_TRANSLATION_MM / 1e6:g} km; give it in millimetres."
-        )
-    rotation = rigid[:3, :3]
-    deviation = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
-    if deviation > RIGID_TOLERANCE:
-        raise InputError(
-            f"{where} is not rigid: R R^T differs from the identity by {deviation:.3g}; its upper left 3x3 "
-            "must be orthonormal, without scaling or shear."
-        )
-    if np.linalg.det(rotation) < 0:
-        raise InputError(
-            f"{where} is a reflection (det R = -1); flip one axis so that det R = +1: camera x along the "
-            "columns, y down the rows, z from the source to the detector."
-        )
-    if deviation > 1e-12:
-        left, _, right = np.linalg.svd(rotation)
-        rigid[:3, :3] = left @ right
-    rigid[3] = (0, 0, 0, 1)
-    return rigid
-
-
-def rigid_inverse(matrix: ArrayLike) -> np.ndarray:
-    """Invert rigid motions (..., 4, 4) by transposing their rotations: [R, t] becomes [R^T, -R^T t]."""
-    rigid = np.asarray(matrix, dtype=np.float64)
-    inverse = np.zeros_like(rigid)
-    rotation = np.swapaxes(rigid[..., :3, :3], -1, -2)
-    inverse[..., :3, :3] = rotation
-    inverse[..., :3, 3] = -np.einsum("...ij,...j->...i", rotation, rigid[..., :3, 3])
-    inverse[..., 3, 3] = 1
-    return inverse
 
 
 def focal_length_px(

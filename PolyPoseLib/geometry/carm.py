@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.geometry.camera import require_rigid
+from PolyPoseLib.geometry.rigid import require_rigid
 
 _PATIENT_AXES: dict[str, tuple[tuple[int, int, int], ...]] = {
     # (down, toward the table's head end) seen by the patient, in LPS.

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.geometry.carm import carm_extrinsic
-from PolyPoseLib.spelling import unknown_name
 
 STANDARD_VIEWS: dict[str, float] = {
     "AP": 180.0,

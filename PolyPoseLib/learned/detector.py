@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import map_coordinates
 
+from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.imaging.xray import Xray
-from PolyPoseLib.registration.levels import binned
+from PolyPoseLib.registration.fit.levels import binned
 
 LEAST_SIDE = 32
 

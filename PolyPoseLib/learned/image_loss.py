@@ -12,7 +12,7 @@ from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, project_body
-from PolyPoseLib.similarity import patch_ncc
+from PolyPoseLib.similarity.ncc import patch_ncc
 
 
 class ImageLoss:

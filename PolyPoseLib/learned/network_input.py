@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from PolyPoseLib.learned.detector import VirtualDetector
-from PolyPoseLib.registration.coarse_search import PATCH_MM
-from PolyPoseLib.registration.levels import FLAT_LINE_INTEGRAL
-from PolyPoseLib.registration.local_contrast import LocalContrast
+from PolyPoseLib.registration.cameras.coarse_search import PATCH_MM
+from PolyPoseLib.registration.fit.levels import FLAT_LINE_INTEGRAL
+from PolyPoseLib.similarity.local_contrast import LocalContrast
 
 CHANNELS = 3
 """Locally normalised, normalised as a whole, mask."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import zoom
 
-from PolyPoseLib.evaluation.xray_physics import XrayPhysics, measure
+from PolyPoseLib.simulation.xray_physics import XrayPhysics, measure
 
 LIMITED_SHARE = 0.4
 """How often an X-ray is collimated or cropped."""

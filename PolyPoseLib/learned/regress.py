@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import torch
 from scipy.spatial.transform import Rotation
 
+from PolyPoseLib.data.structures import Structures
+from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS
-from PolyPoseLib.imaging.structures import Structures
-from PolyPoseLib.imaging.volume import Volume
-from PolyPoseLib.imaging.xray import Xray
 from PolyPoseLib.learned import pose_code
-from PolyPoseLib.learned.model_file import CameraModel, load_model
+from PolyPoseLib.learned.camera_model import CameraModel
 from PolyPoseLib.learned.network_input import network_input
-from PolyPoseLib.registration.torch_threads import one_torch_thread
+from PolyPoseLib.similarity.torch_threads import one_torch_thread
 
 TURNS_RAD = (
     (0.0, 0.0, 0.0),
@@ -38,7 +37,7 @@ MOST_VIEWS = 2
 class CameraRegressor:
     """A model, ready to predict the cameras of X-rays of the patient it was trained on.
 
-    model: from :func:`PolyPoseLib.learned.model_file.load_model`; anchor_centre: (3,) LPS mm. Raises InputError when
+    model: from :func:`PolyPoseLib.io.camera_models.load_model`; anchor_centre: (3,) LPS mm. Raises InputError when
     the model does not hold together or MONAI is missing.
     """
 
@@ -50,13 +49,9 @@ class CameraRegressor:
         self.how = f"learned ({model.validation_mm:.0f} mm in its validation)"
 
     @classmethod
-    def load(cls, path: Path, ct: Volume, structures: Structures, anchor: str) -> CameraRegressor:
-        """From a model file; raises InputError when it is damaged or belongs to another CT or anchor."""
-        model = load_model(path)
-        try:
-            model.require(ct, structures, anchor)
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from error
+    def of(cls, model: CameraModel, ct: Volume, structures: Structures, anchor: str) -> CameraRegressor:
+        """Of a study's CT and anchor; raises InputError when the model was trained on others."""
+        model.require(ct, structures, anchor)
         return cls(model, structures.centroids(ct.affine)[structures.index(anchor)])
 
     def covers(self, xray: Xray) -> bool:

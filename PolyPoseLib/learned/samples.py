@@ -17,7 +17,8 @@ from PolyPoseLib.learned.network_input import network_input
 from PolyPoseLib.learned.posed_scene import PosedScene
 from PolyPoseLib.learned.randomise import randomised
 from PolyPoseLib.learned.view_range import ViewRange
-from PolyPoseLib.rendering.backend import Backend, select_backend
+from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.rendering.select import select_backend
 
 TRAINING, VALIDATION = 0, 1
 """Streams of random numbers."""

@@ -7,28 +7,26 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.learned import pose_code
+from PolyPoseLib.learned.camera_model import CameraModel
 from PolyPoseLib.learned.detector import VirtualDetector
 from PolyPoseLib.learned.image_loss import ImageLoss
 from PolyPoseLib.learned.loss import geodesic_mm, projection_mm
-from PolyPoseLib.learned.model_file import CameraModel
 from PolyPoseLib.learned.network import Architecture, CameraNetwork
 from PolyPoseLib.learned.posed_scene import PosedScene
 from PolyPoseLib.learned.samples import Batch, Sampler, training_batches, validation_batches
 from PolyPoseLib.learned.training_state import TrainingState
 from PolyPoseLib.learned.view_range import ViewRange
-from PolyPoseLib.registration.coarse_search import anchor_points
-from PolyPoseLib.registration.monitor import Monitor
-from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.registration.torch_threads import torch_threads
-from PolyPoseLib.rendering.backend import select_backend
+from PolyPoseLib.registration.scene import Scene, anchor_points
+from PolyPoseLib.rendering.select import select_backend
+from PolyPoseLib.similarity.torch_threads import torch_threads
 
 _LOG = logging.getLogger(__name__)
 
@@ -85,21 +83,22 @@ def train(
     plan: TrainingPlan,
     device: str,
     monitor: Monitor,
-    checkpoint: Path | None = None,
-    resume: bool = False,
+    checkpoint: Callable[[dict[str, Any]], None] | None = None,
+    resume_from: dict[str, Any] | None = None,
 ) -> CameraModel:
     """Train until the time is over, the steps are done, or the validation has not improved for long.
 
     Args:
         scene: the CT with its anchor.
-        fingerprint: of the CT (model_file.ct_fingerprint), goes into the model.
+        fingerprint: of the CT (camera_model.ct_fingerprint), goes into the model.
         views: cameras to train for.
         detector: on which the network sees X-rays.
         plan: how.
         device: "cpu" or "cuda", of the network; renderings are made on the CPU.
         monitor: progress and cancelling.
-        checkpoint: written after every validation.
-        resume: go on from the checkpoint; the result is that of a training that was not interrupted.
+        checkpoint: called with plain values and tensors after every validation.
+        resume_from: such values of an earlier run to go on from; the result is that of a training without
+            interruption.
 
     Raises:
         InputError: MONAI is missing, or the checkpoint belongs to another training.
@@ -107,25 +106,29 @@ def train(
 
     """
     with torch_threads(plan.threads):
-        return _train(Trainer(scene, views, detector, plan, device), fingerprint, monitor, checkpoint, resume)
+        return _train(Trainer(scene, views, detector, plan, device), fingerprint, monitor, checkpoint, resume_from)
 
 
 def _train(
-    trainer: Trainer, fingerprint: str, monitor: Monitor, checkpoint: Path | None, resume: bool
+    trainer: Trainer,
+    fingerprint: str,
+    monitor: Monitor,
+    checkpoint: Callable[[dict[str, Any]], None] | None,
+    resume_from: dict[str, Any] | None,
 ) -> CameraModel:
     """See :func:`train`."""
     views, detector, plan = trainer.sampler.views, trainer.sampler.detector, trainer.plan
     identity = {"fingerprint": fingerprint, "plan": plan.identity(), "detector": asdict(detector)}
     identity["views"] = {**asdict(views), "views": list(views.views)}
-    if resume and checkpoint is not None:
-        trainer.state.restore(checkpoint, identity)
+    if resume_from is not None:
+        trainer.state.restore(resume_from, identity)
     state = trainer.state
 
     def validate() -> None:
         state.keep_if_best(trainer.validation_mm())
         _LOG.info("step %d: validation %.1f mm, best %.1f mm", state.step, trainer.last_mm, state.best_mm)
         if checkpoint is not None:
-            state.save(checkpoint, identity)
+            checkpoint(state.checkpoint(identity))
 
     trainer.run(validate, monitor)
     if not state.best:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import torch
@@ -12,7 +11,6 @@ from torch import Tensor
 from torch.optim.swa_utils import AveragedModel
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.learned.model_file import read_tensors, write_tensors
 from PolyPoseLib.learned.network import Architecture, CameraNetwork
 
 AVERAGING = 0.999
@@ -64,9 +62,9 @@ class TrainingState:
         else:
             self.fruitless += 1
 
-    def save(self, path: Path, identity: dict[str, Any]) -> None:
-        """Write a checkpoint; ``identity`` tells which training it belongs to."""
-        fields = {
+    def checkpoint(self, identity: dict[str, Any]) -> dict[str, Any]:
+        """Plain values and tensors to go on from; ``identity`` tells which training they belong to."""
+        return {
             "identity": identity,
             "network": self.network.state_dict(),
             "average": self.average.state_dict(),
@@ -78,14 +76,12 @@ class TrainingState:
             "fruitless": self.fruitless,
             "bfloat16": self.bfloat16,
         }
-        write_tensors(fields, path)
 
-    def restore(self, path: Path, identity: dict[str, Any]) -> None:
+    def restore(self, fields: dict[str, Any], identity: dict[str, Any]) -> None:
         """Go on from a checkpoint; raises InputError when it belongs to another training or is damaged."""
-        fields = read_tensors(path, "checkpoint")
         if fields.get("identity") != identity:
             raise InputError(
-                f"{path}: the checkpoint belongs to another CT, range of views or plan: leave out --resume, or choose "
+                "The checkpoint belongs to another CT, range of views or plan: leave out --resume, or choose "
                 "another --output."
             )
         try:
@@ -96,7 +92,7 @@ class TrainingState:
             self.best_mm, self.best = float(fields["best_mm"]), dict(fields["best"])
             self.fruitless, self.bfloat16 = int(fields["fruitless"]), fields["bfloat16"]
         except (KeyError, TypeError, ValueError, RuntimeError) as error:
-            raise InputError(f"{path}: the checkpoint is damaged: leave out --resume.") from error
+            raise InputError("The checkpoint is damaged: leave out --resume.") from error
         self.began = time.monotonic()
 
 

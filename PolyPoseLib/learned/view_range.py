@@ -9,10 +9,9 @@ from functools import cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.data.xray import Xray
+from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS, standard_view_rotation
-from PolyPoseLib.imaging.xray import Xray
-from PolyPoseLib.spelling import unknown_name
 
 ANGLE_DEG = 45.0
 """Orientations lie within this angle of a standard view, about any axis."""

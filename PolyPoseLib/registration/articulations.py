@@ -14,9 +14,8 @@ import numpy as np
 from scipy.ndimage import find_objects
 from scipy.spatial import cKDTree
 
-from PolyPoseLib.geometry.camera import rigid_inverse
-from PolyPoseLib.imaging.structures import Structures
-from PolyPoseLib.registration.rigid_motion import rotation_vectors, skew
+from PolyPoseLib.data.structures import Structures
+from PolyPoseLib.geometry.rigid import rigid_inverse, rotation_vectors, skew
 
 CONTACT_MM = 10.0
 """Bones with a smaller gap are taken to form a joint."""

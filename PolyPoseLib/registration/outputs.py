@@ -9,16 +9,17 @@ import numpy as np
 import torch
 from scipy.ndimage import map_coordinates
 
+from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.data.study import Study
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.imaging.volume import Volume
+from PolyPoseLib.geometry.grid import covering_grid
+from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.scene import WORKING_MM, Scene
-from PolyPoseLib.registration.soft_tissue import SoftTissue
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import project_body
-from PolyPoseLib.study import Study
 from PolyPoseLib.warp.composition import compose_warped_ct, compose_warped_labels
 from PolyPoseLib.warp.dense import AnyWarp, displacement_field, warp_labels, warp_volume
-from PolyPoseLib.warp.field import DisplacementField, covering_grid
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp
 from PolyPoseLib.warp.unfold import unfolded
 from PolyPoseLib.warp.weights import distance_maps

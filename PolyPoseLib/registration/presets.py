@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PolyPoseLib.registration.joint import JointStage
-from PolyPoseLib.registration.levels import Level
+from PolyPoseLib.registration.bones.joint import JointStage
+from PolyPoseLib.registration.fit.levels import Level
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ PRESETS: dict[str, Preset] = {
         camera_levels=(Level(6.0, 40.0, 12), Level(3.0, 20.0, 12)),
         joint=(JointStage(Level(6.0, 40.0, 15, 0.01)), JointStage(Level(3.0, 20.0, 15, 0.005))),
     ),
-    # Its levels are those of PolyPoseLib.registration.paper.
+    # Its levels are those of PolyPoseLib.baselines.published.method.
     "paper": Preset(
         camera_levels=(),
         joint=(),

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.imaging.volume import Volume, hounsfield_to_attenuation
-from PolyPoseLib.rendering.backend import Backend, select_backend
+from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, project_body
+from PolyPoseLib.rendering.select import select_backend
 
 REVIEW_PIXELS = 200
 """Longer side of an image at review size."""

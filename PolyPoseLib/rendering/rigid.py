@@ -12,7 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from PolyPoseLib.geometry.camera import Camera, rigid_inverse
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.rigid import rigid_inverse
 from PolyPoseLib.rendering.backend import Backend, IndexRays
 from PolyPoseLib.rendering.occupancy import OccupiedBlocks, occupied_blocks
 

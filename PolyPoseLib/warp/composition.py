@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from PolyPoseLib.data.structures import Structures
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.geometry.camera import require_rigid, rigid_inverse
-from PolyPoseLib.imaging.boxes import bounding_box
-from PolyPoseLib.imaging.structures import Structures
-from PolyPoseLib.imaging.volume import Volume
+from PolyPoseLib.geometry.grid import bounding_box
+from PolyPoseLib.geometry.rigid import require_rigid, rigid_inverse
 from PolyPoseLib.warp.dense import AnyWarp, warp_labels, warp_volume
 from PolyPoseLib.warp.distances import distance_at_voxels
 from PolyPoseLib.warp.infill import fill_harmonic

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from PolyPoseLib.data.displacement_field import DisplacementField, trilinear
+from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.imaging.volume import AIR_HU, Volume
-from PolyPoseLib.warp.field import DisplacementField, require_grid, set_grid, trilinear
+from PolyPoseLib.geometry.grid import require_grid, set_grid
 from PolyPoseLib.warp.vote import LabelVote, grid_index
 
 if TYPE_CHECKING:

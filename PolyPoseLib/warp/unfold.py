@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from scipy.ndimage import binary_dilation, find_objects, label
 
+from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.warp.dense import jacobian_determinant
-from PolyPoseLib.warp.field import DisplacementField
 
 LEAST_DETERMINANT = 0.05
 """Jacobian determinants are brought above this; at 0 tissue would vanish."""

@@ -17,8 +17,8 @@ from torch import Tensor
 from torch.nn.functional import grid_sample
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.grid import covering_grid, require_grid
 from PolyPoseLib.warp.distances import distance_at_nodes, distance_at_voxels
-from PolyPoseLib.warp.field import covering_grid, require_grid
 
 WeightForm = Literal["mass", "epsilon", "rigid"]
 """Weight of a structure of volume share m at distance d: m/(1+d^2), 1/(1+epsilon d^2), m/(delta^2+d^2)."""
@@ -37,7 +37,7 @@ MARGIN_MM = 10.0
 
 
 class LabelMap(Protocol):
-    """What distance_maps needs of PolyPoseLib.imaging.structures.Structures."""
+    """What distance_maps needs of PolyPoseLib.data.structures.Structures."""
 
     names: tuple[str, ...]
     labels: np.ndarray

@@ -11,10 +11,11 @@ import numpy as np
 from benchmark_cases import STRUCTURES, case_folder, fuse
 from scipy.ndimage import find_objects, zoom
 
-from PolyPoseLib.evaluation.simulate import SimulationOptions
-from PolyPoseLib.evaluation.xray_physics import XrayPhysics
-from PolyPoseLib.imaging.volume import Volume, read_volume, write_volume
+from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.io.volumes import read_volume, write_volume
 from PolyPoseLib.registration.presets import PRESETS
+from PolyPoseLib.simulation.simulate import SimulationOptions
+from PolyPoseLib.simulation.xray_physics import XrayPhysics
 from PolyPoseLib.warp.distances import distance_at_voxels
 
 PHOTONS = XrayPhysics().photons

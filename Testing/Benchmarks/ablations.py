@@ -25,7 +25,7 @@ from benchmark_cases import STRUCTURES
 from benchmark_runs import RESULTS, register_and_score
 from benchmark_tables import machine
 
-from PolyPoseLib.evaluation.truth import Truth
+from PolyPoseLib.io.truths import load_truth
 
 
 def main() -> int:
@@ -101,7 +101,7 @@ def planned(arguments: argparse.Namespace) -> Iterator[Settings]:
 def run_row(settings: Settings, arguments: argparse.Namespace) -> dict:
     """Simulate if necessary, register, score."""
     study, stands_for, kept = prepare(settings, arguments.work)
-    truth = Truth.load(study.parent / "truth")
+    truth = load_truth(study.parent / "truth")
     row = register_and_score(study, truth, settings.tag(), arguments, stands_for=stands_for)
     return row | {"kept_percent": kept}
 

@@ -29,11 +29,13 @@ from benchmark_cases import (
 from benchmark_runs import RESULTS, register_and_score
 from benchmark_tables import machine, write_tables
 
+from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.data.truth import Truth
 from PolyPoseLib.evaluation.score import camera_errors, score_motion
-from PolyPoseLib.evaluation.simulate import SimulationOptions
-from PolyPoseLib.evaluation.truth import Truth
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.warp.field import DisplacementField, covering_grid
+from PolyPoseLib.geometry.grid import covering_grid
+from PolyPoseLib.io.truths import load_truth
+from PolyPoseLib.simulation.simulate import SimulationOptions
 
 MODES = ("still", "rigid", "paper", "paper_true_cameras", "default", "fast")
 """still: nothing done; rigid: all bones but the anchor as one body; paper_true_cameras: the preset paper, spared the
@@ -111,7 +113,7 @@ def run_row(anatomy: str, views: str, seed: int, mode: str, arguments: argparse.
     options = SimulationOptions(tissue="elastic", node_mm=ELASTIC_NODE_MM) if elastic else SimulationOptions()
     name = "elastic" if elastic else ""
     folder = case_folder(anatomy, views, seed, arguments.pixels, arguments.work, options, name)
-    truth = Truth.load(folder / "truth")
+    truth = load_truth(folder / "truth")
     if mode == "still":
         return still(folder, truth)
     study, preset, stands_for = folder / "study.json", mode, None

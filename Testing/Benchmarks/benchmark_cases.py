@@ -8,19 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
-from PolyPoseLib.evaluation.case_files import write_case
-from PolyPoseLib.evaluation.simulate import (
+from PolyPoseLib.data.label_names import label_table
+from PolyPoseLib.data.structures import structures_from_labels
+from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.io.cases import write_case
+from PolyPoseLib.io.samples import CT_FILE, LABELS_FILE, fetch_sample, sample_named
+from PolyPoseLib.io.volumes import read_ct, read_volume
+from PolyPoseLib.simulation.simulate import (
     SimulationOptions,
     arc_angles,
     simulate_case,
     structures_centre,
     view_cameras,
 )
-from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.imaging.label_names import label_table
-from PolyPoseLib.imaging.structures import structures_from_labels
-from PolyPoseLib.imaging.volume import Volume, read_ct, read_volume
-from PolyPoseLib.sample import CT_FILE, LABELS_FILE, fetch_sample, sample_named
 
 STRUCTURES: dict[str, dict[str, list[int]]] = {
     "pelvis": {

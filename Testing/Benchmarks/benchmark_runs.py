@@ -11,8 +11,9 @@ import time
 from collections.abc import Mapping
 from pathlib import Path
 
+from PolyPoseLib.data.truth import Truth
 from PolyPoseLib.evaluation.score import score_result
-from PolyPoseLib.evaluation.truth import Truth
+from PolyPoseLib.io.results import load_result
 
 RESULTS = Path(__file__).parent / "results"
 """Where tables and plots go."""
@@ -37,7 +38,7 @@ def register_and_score(
     ran = run_measured(command, log, arguments.limit)
     if ran["exit_status"] not in (0, 3) or not output.is_dir():
         return ran | {"failed": log.read_text().strip()[-500:]}
-    return ran | score_result(output, truth, stands_for)
+    return ran | score_result(load_result(output), truth, stands_for)
 
 
 def register_command(

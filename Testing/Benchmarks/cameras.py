@@ -24,24 +24,25 @@ from benchmark_cases import STRUCTURES, load_anatomy
 from benchmark_tables import machine
 from scipy.spatial.transform import Rotation
 
+from PolyPoseLib.data.progress import Monitor
+from PolyPoseLib.data.structures import Structures
+from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
+from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import PolyPoseError
-from PolyPoseLib.evaluation import independent_projector
 from PolyPoseLib.evaluation.metrics import mask_points, projection_error_mm
-from PolyPoseLib.evaluation.motion import draw_motions
-from PolyPoseLib.evaluation.posed_ct import pose_ct
-from PolyPoseLib.evaluation.xray_physics import XrayPhysics, measure
 from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS, standard_view_rotation
-from PolyPoseLib.imaging.structures import Structures
-from PolyPoseLib.imaging.volume import Volume, hounsfield_to_attenuation
-from PolyPoseLib.imaging.xray import Xray
-from PolyPoseLib.registration.camera_guess import initial_camera
-from PolyPoseLib.registration.cameras import find_camera
-from PolyPoseLib.registration.levels import Measured
-from PolyPoseLib.registration.monitor import Monitor
+from PolyPoseLib.registration.cameras.initial import initial_camera
+from PolyPoseLib.registration.cameras.refine import find_camera
+from PolyPoseLib.registration.fit.levels import Measured
 from PolyPoseLib.registration.presets import PRESETS
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.rendering.backend import Backend, select_backend
+from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.rendering.select import select_backend
+from PolyPoseLib.simulation import independent_projector
+from PolyPoseLib.simulation.motion import draw_motions
+from PolyPoseLib.simulation.posed_ct import pose_ct
+from PolyPoseLib.simulation.xray_physics import XrayPhysics, measure
 
 RESULTS = Path(__file__).parent / "results"
 FOUND_MM = 2.0

@@ -21,11 +21,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from scipy.ndimage import binary_dilation, binary_fill_holes
 
-from PolyPoseLib.evaluation.motion import rigid_about
-from PolyPoseLib.evaluation.posed_ct import pose_ct
-from PolyPoseLib.imaging.structures import Structures
-from PolyPoseLib.imaging.volume import Volume
+from PolyPoseLib.data.structures import Structures
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.registration.articulations import find_articulations
+from PolyPoseLib.simulation.motion import rigid_about
+from PolyPoseLib.simulation.posed_ct import pose_ct
 from PolyPoseLib.warp.composition import compose_warped_ct
 from PolyPoseLib.warp.dense import warp_volume
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp, Turning

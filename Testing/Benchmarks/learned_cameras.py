@@ -25,25 +25,25 @@ from benchmark_cases import STRUCTURES, load_anatomy
 from benchmark_tables import machine
 from cameras import FOUND_MM, RESULTS, SOURCE_TO_DETECTOR_MM, random_camera, random_views, view_name, xray_of
 
+from PolyPoseLib.data.progress import Monitor
+from PolyPoseLib.data.structures import Structures
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import PolyPoseError
 from PolyPoseLib.evaluation.metrics import mask_points, projection_error_mm
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS
-from PolyPoseLib.imaging.structures import Structures
-from PolyPoseLib.imaging.volume import Volume
+from PolyPoseLib.io.camera_models import load_regressor, read_tensors, save_model, write_tensors
+from PolyPoseLib.learned.camera_model import ct_fingerprint
 from PolyPoseLib.learned.detector import VirtualDetector
-from PolyPoseLib.learned.model_file import ct_fingerprint, save_model
-from PolyPoseLib.learned.regress import CameraRegressor
 from PolyPoseLib.learned.training import TrainingPlan, train
 from PolyPoseLib.learned.view_range import ViewRange
-from PolyPoseLib.registration.camera_guess import initial_camera
-from PolyPoseLib.registration.cameras import find_camera
-from PolyPoseLib.registration.levels import Measured
-from PolyPoseLib.registration.monitor import Monitor
+from PolyPoseLib.registration.cameras.initial import initial_camera
+from PolyPoseLib.registration.cameras.refine import find_camera
+from PolyPoseLib.registration.cameras.search import SearchRange, coarse_cameras
+from PolyPoseLib.registration.fit.levels import Measured
 from PolyPoseLib.registration.presets import PRESETS
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.registration.search import SearchRange, coarse_cameras
-from PolyPoseLib.rendering.backend import select_backend
+from PolyPoseLib.rendering.select import select_backend
 
 WORST_MM = 100.0
 """Larger errors count as this in means."""
@@ -128,8 +128,8 @@ def train_model(
         plan,
         "cpu",
         Monitor(None, None),
-        checkpoint,
-        checkpoint.is_file(),
+        lambda fields: write_tensors(fields, checkpoint),
+        read_tensors(checkpoint, "checkpoint") if checkpoint.is_file() else None,
     )
     save_model(model, path)
     checkpoint.unlink(missing_ok=True)
@@ -149,7 +149,7 @@ class Comparison:
         self.scene = Scene(ct, structures, self.anchor)
         self.points = mask_points(structures.mask(self.anchor), ct.affine, 2000)
         self.backend = select_backend(threads=arguments.threads)
-        self.model = CameraRegressor.load(path, ct, structures, self.anchor)
+        self.model = load_regressor(path, ct, structures, self.anchor)
         self.wanted = [name for name in WAYS if name not in arguments.skip]
 
     def run(self, true: Camera, image: np.ndarray, row: dict[str, Any]) -> None:

@@ -19,12 +19,13 @@ from benchmark_runs import RESULTS, register_command, run_measured
 from benchmark_tables import machine, measured_on, table
 from memory_phantom import SHAPE, draw, draw_poses
 
-from PolyPoseLib.evaluation import independent_projector
+from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
 from PolyPoseLib.evaluation.metrics import structure_errors
-from PolyPoseLib.evaluation.simulate import perturbed_camera, view_cameras
-from PolyPoseLib.evaluation.xray_physics import XrayPhysics, measure
-from PolyPoseLib.imaging.volume import Volume, hounsfield_to_attenuation, read_volume, write_volume
-from PolyPoseLib.imaging.xray_writer import write_xray_dicom
+from PolyPoseLib.io.volumes import read_volume, write_volume
+from PolyPoseLib.io.xray.writer import write_xray_dicom
+from PolyPoseLib.simulation import independent_projector
+from PolyPoseLib.simulation.simulate import perturbed_camera, view_cameras
+from PolyPoseLib.simulation.xray_physics import XrayPhysics, measure
 
 GOAL_MIB = 8192
 VIEW_ANGLES_DEG = (0.0, 45.0)

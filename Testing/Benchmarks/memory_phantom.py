@@ -12,8 +12,8 @@ import numpy as np
 from scipy.ndimage import zoom
 from scipy.spatial.transform import Rotation
 
-from PolyPoseLib.imaging.structures import Structures
-from PolyPoseLib.imaging.volume import Volume
+from PolyPoseLib.data.structures import Structures
+from PolyPoseLib.data.volume import Volume
 
 SHAPE = (400, 512, 512)
 SPACING_MM = (0.75, 0.75, 1.0)

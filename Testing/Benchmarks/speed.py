@@ -33,13 +33,14 @@ from speed_scenes import (
 )
 from speed_tables import write_tables
 
+from PolyPoseLib.baselines.published.method import attenuation_grid
 from PolyPoseLib.evaluation.score import score_result
-from PolyPoseLib.evaluation.truth import Truth
-from PolyPoseLib.registration.paper import attenuation_grid
-from PolyPoseLib.registration.scene import Grid
-from PolyPoseLib.rendering.backend import Backend, select_backend
+from PolyPoseLib.geometry.grid import Grid
+from PolyPoseLib.io.truths import load_truth
+from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.projector import render
 from PolyPoseLib.rendering.rigid import Body, project_body
+from PolyPoseLib.rendering.select import select_backend
 
 STEP_MM = 2.0
 PARTS = ("projector", "iteration", "registration", "scaling", "memory")
@@ -193,7 +194,7 @@ def time_iterations(arguments: argparse.Namespace, backend: Backend) -> dict:
 def time_registrations(arguments: argparse.Namespace) -> dict:
     """Whole registrations of the simulated pelvis in processes of their own."""
     folder = case_folder("pelvis", "2x30", 0, 2 * arguments.pixels, arguments.work)
-    truth, rows = Truth.load(folder / "truth"), {}
+    truth, rows = load_truth(folder / "truth"), {}
     for name in arguments.presets:
         preset, _, kernel = name.partition("/")
         study = with_kernel(folder / "study.json", kernel) if kernel else folder / "study.json"

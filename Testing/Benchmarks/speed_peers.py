@@ -9,12 +9,12 @@ import torch
 from torch import Tensor
 from torch.nn.functional import grid_sample
 
+from PolyPoseLib.baselines.published.objective import PolyrigidObjective
+from PolyPoseLib.baselines.published.ray_samples import sample_rays
 from PolyPoseLib.geometry import se3
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.registration.paper_objective import PolyrigidObjective
-from PolyPoseLib.registration.scene import Grid
-from PolyPoseLib.rendering.ray_samples import sample_rays
-from PolyPoseLib.similarity import gmncc
+from PolyPoseLib.geometry.grid import Grid
+from PolyPoseLib.similarity.ncc import gmncc
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp
 
 

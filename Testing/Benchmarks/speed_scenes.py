@@ -8,17 +8,18 @@ import numpy as np
 from benchmark_cases import DISTANCES_MM, STRUCTURES, load_anatomy
 from scipy.ndimage import zoom
 
-from PolyPoseLib.evaluation.simulate import structures_centre, view_cameras
+from PolyPoseLib.baselines.published.method import attenuation_grid, view_of
+from PolyPoseLib.baselines.published.objective import PolyrigidObjective
+from PolyPoseLib.data.structures import Structures
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.imaging.structures import Structures
-from PolyPoseLib.imaging.volume import Volume
-from PolyPoseLib.registration.levels import Level, Measured, view_at
-from PolyPoseLib.registration.paper import attenuation_grid, view_of
-from PolyPoseLib.registration.paper_objective import PolyrigidObjective
-from PolyPoseLib.registration.problem import RigidProblem, State
-from PolyPoseLib.registration.scene import Grid, Scene
-from PolyPoseLib.registration.soft_tissue import SoftTissue
+from PolyPoseLib.geometry.grid import Grid
+from PolyPoseLib.registration.fit.levels import Level, Measured, view_at
+from PolyPoseLib.registration.fit.problem import RigidProblem, State
+from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
+from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.simulation.simulate import structures_centre, view_cameras
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp
 from PolyPoseLib.warp.weights import distance_maps
 

@@ -6,9 +6,9 @@ import pytest
 from benchmark_cases import load_anatomy
 
 from PolyPoseLib.evaluation.metrics import mask_points
+from PolyPoseLib.io.samples import cached_sample
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.rendering.backend import select_backend
-from PolyPoseLib.sample import cached_sample
+from PolyPoseLib.rendering.select import select_backend
 
 PIXELS = 200
 VIEW = 1

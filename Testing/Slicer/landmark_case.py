@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import scenes
 import slicer
-from PolyPoseSlicer import landmark_lists, pixel_frames
-from PolyPoseSlicer.landmark_lists import fill
+from PolyPoseSlicer.scene import landmark_lists, pixel_frames
+from PolyPoseSlicer.scene.landmark_lists import fill
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.carm import carm_extrinsic

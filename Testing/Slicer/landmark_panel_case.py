@@ -5,9 +5,9 @@ from __future__ import annotations
 import landmark_case
 import numpy as np
 from panel_case import PanelCase, choose_node
-from PolyPoseSlicer import parameters
-from PolyPoseSlicer.camera_way import Way
-from PolyPoseSlicer.xray_source import XraySource
+from PolyPoseSlicer.study import parameters
+from PolyPoseSlicer.study.camera_source import Way
+from PolyPoseSlicer.study.xray_source import XraySource
 
 WAYS = [way.value for way in Way]
 

@@ -16,8 +16,9 @@ import slicer
 from slicer_case import INSIDE_SLICER, REPOSITORY, SlicerTestCase
 
 # isort: split
-from PolyPoseSlicer import camera_run, parameters, registration
-from PolyPoseSlicer.xray_source import XraySource
+from PolyPoseSlicer.process import camera_run, registration
+from PolyPoseSlicer.study import parameters
+from PolyPoseSlicer.study.xray_source import XraySource
 
 GIVE_RESULT = "import shutil\ntell(1)\ntell(2, similarity=0.8)\nshutil.copytree('{folder}', output)\n"
 

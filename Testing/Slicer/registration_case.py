@@ -9,9 +9,10 @@ from collections.abc import Iterator
 import children
 import scenes
 import slicer
-from PolyPoseSlicer import calls, registration
-from PolyPoseSlicer.registration import State
-from PolyPoseSlicer.results import OutputNodes
+from PolyPoseSlicer import calls
+from PolyPoseSlicer.process import registration
+from PolyPoseSlicer.process.registration import State
+from PolyPoseSlicer.study.results import OutputNodes
 from slicer_case import SlicerTestCase
 
 GIVE_RESULT = "import shutil\ntell(1)\ntell(2, similarity=0.8)\nshutil.copytree('{folder}', output)\n"

@@ -8,7 +8,7 @@ import numpy as np
 import slicer
 import slicer_case  # noqa: F401 - makes the module importable
 import vtk
-from PolyPoseSlicer.frames import flip_affine, to_vtk
+from PolyPoseSlicer.scene.frames import flip_affine, to_vtk
 
 SHAPE = (20, 24, 28)
 SPACING = (3.0, 2.5, 4.0)
@@ -126,9 +126,9 @@ def result(
     ct_affine: np.ndarray | None = None, distrust: tuple[str, ...] = (), warped: np.ndarray | None = None
 ):
     """A PolyPoseLib Result of two structures and two views."""
-    from PolyPoseLib.imaging.volume import Volume
-    from PolyPoseLib.result import CameraResult, Result, StructureResult
-    from PolyPoseLib.warp.field import DisplacementField
+    from PolyPoseLib.data.displacement_field import DisplacementField
+    from PolyPoseLib.data.result import CameraResult, Result, StructureResult
+    from PolyPoseLib.data.volume import Volume
 
     matrix = affine() if ct_affine is None else ct_affine
     pose = rotation((0, 0, 1), 10.0)

@@ -32,7 +32,7 @@ def main(study: str, output: str) -> None:
     module.enter()
     panel = module.panel().panel
     ui = panel.ui
-    from PolyPoseSlicer.study_reader import open_study
+    from PolyPoseSlicer.study.reader import open_study
 
     open_study(study, panel.parameters, "totalsegmentator_v2")
     panel.parameters.segmentation.CreateClosedSurfaceRepresentation()
@@ -51,8 +51,8 @@ def main(study: str, output: str) -> None:
 
 def _landmarks(panel, manager, folder: Path, study: Path) -> None:
     """Pick landmarks of the anchor in the first view as a person would, one of them wrong, and find the second."""
-    from PolyPoseSlicer import landmark_lists
-    from PolyPoseSlicer.camera_way import Way
+    from PolyPoseSlicer.scene import landmark_lists
+    from PolyPoseSlicer.study.camera_source import Way
 
     ui, rng = panel.ui, np.random.default_rng(0)
     truth = json.loads((study.parent / "truth" / "truth.json").read_text())["cameras"][0]

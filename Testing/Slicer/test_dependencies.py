@@ -9,7 +9,7 @@ import unittest
 from unittest import mock
 
 import slicer
-from PolyPoseSlicer import dependencies
+from PolyPoseSlicer.process import dependencies
 from slicer_case import REPOSITORY, SlicerTestCase
 
 REQUIREMENTS = REPOSITORY / "PolyPose" / "Resources" / "requirements.txt"
@@ -78,7 +78,8 @@ class DependenciesTest(SlicerTestCase):
 
         code = (
             "import sys; sys.path.insert(0, {slicer!r}); import slicer_case; "
-            "from PolyPoseSlicer import calls, parameters, loading, dependencies; "
+            "from PolyPoseSlicer import calls; from PolyPoseSlicer.study import parameters, loading; "
+            "from PolyPoseSlicer.process import dependencies; "
             "print([n for n in ('torch', 'matplotlib', 'numba', 'qt' if False else 'scipy.ndimage') "
             "if n in sys.modules])"
         ).format(slicer=str(REPOSITORY / "Testing" / "Slicer"))

@@ -9,7 +9,7 @@ from pathlib import Path
 from unittest import mock
 
 import slicer
-from PolyPoseSlicer import environment
+from PolyPoseSlicer.process import environment
 from slicer_case import INSIDE_SLICER, REPOSITORY, SlicerTestCase
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import children
-from PolyPoseSlicer.job import Job, ProgressEvent, parse_progress
+from PolyPoseSlicer.process.job import Job, ProgressEvent, parse_progress
 from slicer_case import SlicerTestCase
 
 

@@ -11,11 +11,12 @@ import landmark_case
 import numpy as np
 import scenes
 import slicer
-from PolyPoseSlicer import landmark_fit, landmark_lists, pixel_frames, xray_views
-from PolyPoseSlicer.camera_way import Way
-from PolyPoseSlicer.cameras import SceneCamera
-from PolyPoseSlicer.xray_reading import read_source
-from PolyPoseSlicer.xray_source import XraySource
+from PolyPoseSlicer.scene import landmark_lists, pixel_frames, xray_views
+from PolyPoseSlicer.scene.cameras import SceneCamera
+from PolyPoseSlicer.study import landmark_fit
+from PolyPoseSlicer.study.camera_source import Way
+from PolyPoseSlicer.study.xray_reading import read_source
+from PolyPoseSlicer.study.xray_source import XraySource
 from slicer_case import SlicerTestCase
 
 from PolyPoseLib.geometry.camera import Camera
@@ -235,8 +236,8 @@ class EntryTest(SlicerTestCase):
         return json.loads(json.dumps(replace(self.source, way=way, **changes).entry("x.nrrd", None)))
 
     def test_landmarks_of_the_scene_give_the_core_the_true_camera(self) -> None:
+        from PolyPoseLib.data.landmarks import parse_landmarks
         from PolyPoseLib.geometry.pnp import camera_from_landmarks
-        from PolyPoseLib.imaging.landmarks import parse_landmarks
 
         entry = self.entry(Way.LANDMARKS)
         self.assertFalse({"extrinsic", "standard_view", "camera"} & entry.keys())
@@ -246,9 +247,9 @@ class EntryTest(SlicerTestCase):
         np.testing.assert_allclose(found.camera.extrinsic, self.camera.extrinsic, atol=1e-3)
 
     def test_landmarks_of_a_study_come_into_the_scene_and_out_again(self) -> None:
-        from PolyPoseSlicer import parameters
-        from PolyPoseSlicer.study_reader import open_study
-        from PolyPoseSlicer.study_writer import read_study, write_study
+        from PolyPoseSlicer.study import parameters
+        from PolyPoseSlicer.study.reader import open_study
+        from PolyPoseSlicer.study.writer import read_study, write_study
 
         ct = scenes.add_ct()
         bones = scenes.add_segmentation(ct)

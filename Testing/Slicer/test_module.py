@@ -13,11 +13,13 @@ import numpy as np
 import scenes
 import slicer
 import vtk
-from PolyPoseSlicer import calls, frames, parameters
-from PolyPoseSlicer.motions import motions_of
-from PolyPoseSlicer.nodes import Grid, read_volume, resample
-from PolyPoseSlicer.results import OutputNodes
-from PolyPoseSlicer.xray_source import XraySource
+from PolyPoseSlicer import calls
+from PolyPoseSlicer.scene import frames
+from PolyPoseSlicer.scene.motions import motions_of
+from PolyPoseSlicer.scene.nodes import Grid, read_volume, resample
+from PolyPoseSlicer.study import parameters
+from PolyPoseSlicer.study.results import OutputNodes
+from PolyPoseSlicer.study.xray_source import XraySource
 from slicer_case import INSIDE_SLICER, REPOSITORY, SlicerTestCase
 
 from PolyPoseLib.errors import InputError

@@ -10,9 +10,9 @@ import numpy as np
 import scenes
 import slicer
 import vtk
-from PolyPoseSlicer import frames
-from PolyPoseSlicer.grid_transform import set_grid_transform
-from PolyPoseSlicer.nodes import Grid, Voxels, lattice_shift, read_layers, read_volume, region_on
+from PolyPoseSlicer.scene import frames
+from PolyPoseSlicer.scene.grid_transform import set_grid_transform
+from PolyPoseSlicer.scene.nodes import Grid, Voxels, lattice_shift, read_layers, read_volume, region_on
 from slicer_case import SlicerTestCase
 
 from PolyPoseLib.errors import InputError
@@ -213,8 +213,8 @@ class GridTransformTest(SlicerTestCase):
     def test_a_hardened_volume_is_what_simpleitk_resamples(self) -> None:
         import SimpleITK as sitk
 
-        from PolyPoseLib.imaging.volume import Volume
-        from PolyPoseLib.warp.field import DisplacementField
+        from PolyPoseLib.data.displacement_field import DisplacementField
+        from PolyPoseLib.data.volume import Volume
 
         matrix = scenes.affine(True, 10.0)
         vectors, coarse = scenes.field(matrix)
@@ -233,11 +233,12 @@ class GridTransformTest(SlicerTestCase):
         self.assertGreater(np.corrcoef(same[inner].ravel(), warped[inner].ravel())[0, 1], 0.98)
 
     def test_slicer_reads_the_transform_file_as_the_same_map(self) -> None:
-        from PolyPoseLib.warp.field import DisplacementField
+        from PolyPoseLib.data.displacement_field import DisplacementField
+        from PolyPoseLib.io.transforms import write_transform
 
         matrix = scenes.affine(True, 10.0)
         vectors, coarse = scenes.field(matrix)
-        DisplacementField(vectors, coarse).write_transform(self.folder / "t.h5")
+        write_transform(DisplacementField(vectors, coarse), self.folder / "t.h5")
         loaded = slicer.util.loadTransform(str(self.folder / "t.h5"))
         loaded.GetTransformFromParent().SetInterpolationModeToLinear()  # ITK's own; Slicer reads it as cubic
         made = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLGridTransformNode")

@@ -19,7 +19,7 @@ import harness
 harness.install()
 from harness import modules
 modules.load({module!r})
-from PolyPoseSlicer import environment
+from PolyPoseSlicer.process import environment
 print(environment.core_folder())
 import subprocess
 done = subprocess.run([sys.executable, "-m", "PolyPoseLib", "--version"], env=environment.child_environment())
@@ -53,7 +53,7 @@ class PackagingTest(SlicerTestCase):
         self.run_command("cmake", "--install", str(build), "--prefix", str(self.folder / "installed"))
         installed = self.folder / "installed" / "lib" / "Slicer" / "qt-scripted-modules"
         packaged = {str(path.relative_to(installed)) for path in installed.rglob("*") if path.is_file()}
-        for name in ("PolyPose.py", "PolyPoseSlicer/job.py", "Resources/requirements.txt"):
+        for name in ("PolyPose.py", "PolyPoseSlicer/process/job.py", "Resources/requirements.txt"):
             self.assertIn(name, packaged)
         for path in (REPOSITORY / "PolyPoseLib").rglob("*.py"):
             self.assertIn(str(path.relative_to(REPOSITORY)), packaged)

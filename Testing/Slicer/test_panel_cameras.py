@@ -11,12 +11,14 @@ import numpy as np
 import scenes
 import slicer
 from panel_case import INSIDE_SLICER, PanelCase, type_into
-from PolyPoseSlicer import calls, parameters, registration
-from PolyPoseSlicer.camera_finding import CameraFinding
-from PolyPoseSlicer.camera_run import findings_in
-from PolyPoseSlicer.camera_way import Way
-from PolyPoseSlicer.cameras import camera_of
-from PolyPoseSlicer.xray_source import XraySource
+from PolyPoseSlicer import calls
+from PolyPoseSlicer.process import registration
+from PolyPoseSlicer.process.camera_run import findings_in
+from PolyPoseSlicer.scene.cameras import camera_of
+from PolyPoseSlicer.study import parameters
+from PolyPoseSlicer.study.camera_finding import CameraFinding
+from PolyPoseSlicer.study.camera_source import Way
+from PolyPoseSlicer.study.xray_source import XraySource
 
 from PolyPoseLib.errors import InputError
 

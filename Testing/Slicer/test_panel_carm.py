@@ -12,11 +12,12 @@ import numpy as np
 import scenes
 import slicer
 from panel_case import PanelCase
-from PolyPoseSlicer import parameters, xray_views
-from PolyPoseSlicer.cameras import camera_of
-from PolyPoseSlicer.carm_placement import Placement, intrinsics_at
-from PolyPoseSlicer.nodes import read_volume
-from PolyPoseSlicer.render_client import RenderClient
+from PolyPoseSlicer.process.render_client import RenderClient
+from PolyPoseSlicer.scene import xray_views
+from PolyPoseSlicer.scene.cameras import camera_of
+from PolyPoseSlicer.scene.carm_placement import Placement, intrinsics_at
+from PolyPoseSlicer.scene.nodes import read_volume
+from PolyPoseSlicer.study import parameters
 from slicer_case import SlicerTestCase
 
 LIVE_SECONDS = 0.150

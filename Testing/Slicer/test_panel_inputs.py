@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import scenes
 import slicer
 from panel_case import INSIDE_SLICER, PanelCase, choose_node, type_into
-from PolyPoseSlicer import parameters
+from PolyPoseSlicer.study import parameters
 
 # isort: split
 import qt
@@ -264,7 +264,7 @@ class XraysTest(PanelCase):
 class FormTest(PanelCase):
     def test_every_control_explains_itself_and_is_used(self) -> None:
         module = REPOSITORY / "PolyPose"
-        code = "".join(path.read_text(encoding="utf-8") for path in (module / "PolyPoseSlicer").glob("*.py"))
+        code = "".join(path.read_text(encoding="utf-8") for path in (module / "PolyPoseSlicer").rglob("*.py"))
         root = ElementTree.parse(module / "Resources" / "UI" / "PolyPose.ui").getroot()
         seen = 0
         for widget in root.iter("widget"):

@@ -9,9 +9,10 @@ import numpy as np
 import slicer
 from landmark_panel_case import LandmarksCase
 from panel_case import choose_node
-from PolyPoseSlicer import landmark_lists, parameters, pixel_frames, xray_views
-from PolyPoseSlicer.camera_finding import CameraFinding
-from PolyPoseSlicer.camera_way import Way
+from PolyPoseSlicer.scene import landmark_lists, pixel_frames, xray_views
+from PolyPoseSlicer.study import parameters
+from PolyPoseSlicer.study.camera_finding import CameraFinding
+from PolyPoseSlicer.study.camera_source import Way
 
 
 class LiveTest(LandmarksCase):

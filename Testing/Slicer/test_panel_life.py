@@ -8,8 +8,10 @@ import children
 import scenes
 import slicer
 from panel_case import INSIDE_SLICER, PanelCase, child_processes
-from PolyPoseSlicer import parameters, registration, xray_views
-from PolyPoseSlicer.result_origin import remember_segments
+from PolyPoseSlicer.process import registration
+from PolyPoseSlicer.scene import xray_views
+from PolyPoseSlicer.study import parameters
+from PolyPoseSlicer.study.result_origin import remember_segments
 
 
 class LifeTest(PanelCase):

@@ -9,8 +9,9 @@ import numpy as np
 import slicer
 from landmark_panel_case import LandmarksCase
 from panel_case import INSIDE_SLICER, views
-from PolyPoseSlicer import parameters, xray_views
-from PolyPoseSlicer.xray_source import XraySource
+from PolyPoseSlicer.scene import xray_views
+from PolyPoseSlicer.study import parameters
+from PolyPoseSlicer.study.xray_source import XraySource
 
 
 @unittest.skipIf(INSIDE_SLICER, "the views' windows are the harness's own")

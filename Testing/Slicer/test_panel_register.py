@@ -10,7 +10,7 @@ import children
 import scenes
 import slicer
 from panel_case import PanelCase
-from PolyPoseSlicer import parameters
+from PolyPoseSlicer.study import parameters
 
 GO_ON = """
 for n in range(1, 6):

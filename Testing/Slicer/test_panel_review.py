@@ -9,10 +9,10 @@ import scenes
 import slicer
 import vtk
 from panel_case import PanelCase
-from PolyPoseSlicer import deformation, layouts, xray_views
-from PolyPoseSlicer.compare import Mode, compared, edges_of, normalized, resized, shrunk
-from PolyPoseSlicer.grid_transform import set_grid_transform
-from PolyPoseSlicer.result_origin import remember_segments
+from PolyPoseSlicer.scene import deformation, layouts, xray_views
+from PolyPoseSlicer.scene.compare import Mode, compared, edges_of, normalized, resized, shrunk
+from PolyPoseSlicer.scene.grid_transform import set_grid_transform
+from PolyPoseSlicer.study.result_origin import remember_segments
 from slicer_case import SlicerTestCase
 
 # isort: split

@@ -13,11 +13,12 @@ import numpy as np
 import scenes
 import slicer
 import vtk
-from PolyPoseSlicer import frames, registration
-from PolyPoseSlicer.cameras import camera_of
-from PolyPoseSlicer.motions import motions_of
-from PolyPoseSlicer.registration import State
-from PolyPoseSlicer.results import OutputNodes
+from PolyPoseSlicer.process import registration
+from PolyPoseSlicer.process.registration import State
+from PolyPoseSlicer.scene import frames
+from PolyPoseSlicer.scene.cameras import camera_of
+from PolyPoseSlicer.scene.motions import motions_of
+from PolyPoseSlicer.study.results import OutputNodes
 from registration_case import GIVE_RESULT, RegistrationCase
 
 from PolyPoseLib.errors import CancelledError, UntrustedResultError
@@ -136,7 +137,7 @@ class OutputTest(RegistrationCase):
         )
         nodes = self.start_with_result().wait()
         mask = slicer.util.arrayFromSegmentBinaryLabelmap(nodes.segmentation, "body", nodes.volume)
-        from PolyPoseLib.warp.field import DisplacementField
+        from PolyPoseLib.data.displacement_field import DisplacementField
 
         matrix = scenes.affine(left_handed=True, tilt_deg=10.0)
         warp = DisplacementField(*scenes.field(matrix))
@@ -152,9 +153,10 @@ class OutputTest(RegistrationCase):
 
 class PreviewTest(RegistrationCase):
     def body(self) -> str:
-        from PolyPoseLib.warp.field import DisplacementField
+        from PolyPoseLib.data.displacement_field import DisplacementField
+        from PolyPoseLib.io.transforms import write_transform
 
-        DisplacementField(*scenes.field()).write_transform(self.folder / "field.h5")
+        write_transform(DisplacementField(*scenes.field()), self.folder / "field.h5")
         return (
             "import shutil\n"
             f"shutil.copy({str(self.folder / 'field.h5')!r}, preview)\n"

@@ -11,9 +11,10 @@ from unittest import mock
 import children
 import scenes
 import slicer
-from PolyPoseSlicer import calls, registration
-from PolyPoseSlicer.registration import State
-from PolyPoseSlicer.results import OutputNodes
+from PolyPoseSlicer import calls
+from PolyPoseSlicer.process import registration
+from PolyPoseSlicer.process.registration import State
+from PolyPoseSlicer.study.results import OutputNodes
 from registration_case import STRUCTURES, RegistrationCase
 
 from PolyPoseLib.errors import CancelledError, InputError, PolyPoseError
@@ -64,7 +65,7 @@ class FailureTest(RegistrationCase):
     def test_a_full_disk_before_the_start(self) -> None:
         usage = mock.Mock(free=1000)
         with (
-            mock.patch("PolyPoseSlicer.study_writer.shutil.disk_usage", return_value=usage),
+            mock.patch("PolyPoseSlicer.study.writer.shutil.disk_usage", return_value=usage),
             self.assertRaisesRegex(registration.RunError, "free some space"),
         ):
             self.start("pass").wait()

@@ -11,11 +11,12 @@ from unittest import mock
 import numpy as np
 import scenes
 import slicer
-from PolyPoseSlicer import parameters, samples
-from PolyPoseSlicer.nodes import Grid, read_layers, read_volume, region_on
-from PolyPoseSlicer.study_reader import open_study
-from PolyPoseSlicer.study_writer import read_study, write_study
-from PolyPoseSlicer.xray_source import XraySource
+from PolyPoseSlicer import samples
+from PolyPoseSlicer.scene.nodes import Grid, read_layers, read_volume, region_on
+from PolyPoseSlicer.study import parameters
+from PolyPoseSlicer.study.reader import open_study
+from PolyPoseSlicer.study.writer import read_study, write_study
+from PolyPoseSlicer.study.xray_source import XraySource
 from slicer_case import INSIDE_SLICER, REPOSITORY, SlicerTestCase
 
 from PolyPoseLib.errors import InputError, PolyPoseError
@@ -109,7 +110,7 @@ class SampleTest(StudyCase):
     def test_the_sample_is_registered_with_hashes_and_a_thumbnail(self) -> None:
         import SampleData
 
-        samples.register()
+        samples.register(self.logic.getParameterNode)
         if INSIDE_SLICER:
             self.skipTest("Slicer keeps its sources to itself")
         source = SampleData.SampleDataLogic.sources[-1]
@@ -118,7 +119,7 @@ class SampleTest(StudyCase):
         self.assertTrue(Path(source["thumbnailFileName"]).is_file(), "the thumbnail is missing")
 
     def test_the_hashes_are_those_of_the_cores_sample(self) -> None:
-        from PolyPoseLib.sample import SAMPLES
+        from PolyPoseLib.io.samples import SAMPLES
 
         members = SAMPLES["pelvis"].members
         self.assertEqual(samples.CT[2], "SHA256:" + members["ct.nii.gz"][1])
@@ -147,9 +148,9 @@ class SampleTest(StudyCase):
             mock.patch.object(samples, "ensure_dependencies"),
             mock.patch.object(samples, "simulate", side_effect=simulate) as simulated,
         ):
-            samples.download()
+            samples.download(self.logic.getParameterNode)
             self.assertEqual(self.logic.missingInput(), "")
-            samples.download()
+            samples.download(self.logic.getParameterNode)
             simulated.assert_called_once()
         self.assertTrue(case.is_dir())
 
@@ -163,12 +164,12 @@ class SampleTest(StudyCase):
             mock.patch.object(samples, "download", side_effect=ValueError("checksum is wrong")),
             mock.patch.object(slicer.util, "errorDisplay") as said,
         ):
-            self.assertEqual(samples.download_or_say(), [])
+            self.assertEqual(samples.download_or_say(self.logic.getParameterNode), [])
         self.assertEqual(said.call_args.args, ("checksum is wrong",))
         self.assertIn("ValueError", said.call_args.kwargs["detailedText"])
 
     def test_the_sample_itself_when_it_was_fetched_before(self) -> None:
-        from PolyPoseLib.sample import cached_sample
+        from PolyPoseLib.io.samples import cached_sample
 
         folder = cached_sample("pelvis")
         if folder is None:

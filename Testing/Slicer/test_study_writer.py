@@ -9,11 +9,11 @@ from unittest import mock
 import numpy as np
 import scenes
 import slicer
-from PolyPoseSlicer import frames, motions
-from PolyPoseSlicer.cameras import SceneCamera, camera_of, set_camera
-from PolyPoseSlicer.loading import structure_centroids
-from PolyPoseSlicer.study_writer import read_study, write_study
-from PolyPoseSlicer.xray_source import XraySource
+from PolyPoseSlicer.scene import frames, motions
+from PolyPoseSlicer.scene.cameras import SceneCamera, camera_of, set_camera
+from PolyPoseSlicer.study.loading import structure_centroids
+from PolyPoseSlicer.study.writer import read_study, write_study
+from PolyPoseSlicer.study.xray_source import XraySource
 from slicer_case import SlicerTestCase
 
 from PolyPoseLib.errors import InputError
@@ -24,7 +24,7 @@ GEOMETRY = {"source_to_detector_mm": 1000.0, "intensity": "line_integral"}
 class StudyTest(SlicerTestCase):
     def load(self, ct, segmentation, xrays, structures=None, options=None):
         """Write a study of nodes and read it as the core does."""
-        from PolyPoseLib.study import Study
+        from PolyPoseLib.data.study import Study
 
         structures = structures or {"pelvis": ["pelvis"], "femur": ["femur", "plate"]}
         self.data = read_study(ct, segmentation, structures, xrays, "pelvis", options)

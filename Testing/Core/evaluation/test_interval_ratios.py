@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.evaluation.calibration import interval_ratios
 from PolyPoseLib.geometry.camera import Camera, look_at
-from PolyPoseLib.registration.uncertainty import PoseUncertainty
+from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
 
 CENTRE = np.array([30.0, -20.0, 110.0])
 

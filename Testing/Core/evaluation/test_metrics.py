@@ -19,7 +19,7 @@ from PolyPoseLib.evaluation.metrics import (
     target_registration_error,
 )
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.imaging.boxes import bounding_box
+from PolyPoseLib.geometry.grid import bounding_box
 
 
 def rigid(seed, angle_deg=10.0) -> np.ndarray:

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from simulation_phantom import NAMES, phantom
 
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.evaluation.score import score_result
-from PolyPoseLib.evaluation.simulate import SimulationOptions, simulate_case, view_cameras
-from PolyPoseLib.evaluation.truth import Truth
-from PolyPoseLib.imaging.volume import Volume, write_volume
+from PolyPoseLib.io.truths import load_truth, save_truth
+from PolyPoseLib.io.volumes import write_volume
+from PolyPoseLib.simulation.simulate import SimulationOptions, simulate_case, view_cameras
+from PolyPoseLib.simulation.truth import truth_of
 
 STATED = {
     "covariance": np.eye(6).tolist(), "level": 0.95, "along_mm": 1.0, "across_mm": [0.5, 0.5],
@@ -27,13 +29,13 @@ def truth():
     cameras = view_cameras(ct, pixels=16, detector_mm=350)
     still = dict.fromkeys(NAMES[1:], np.eye(4))
     quick = SimulationOptions(projector="sum", node_mm=6.0, pad_mm=10.0)
-    return Truth.from_case(simulate_case(ct, structures, still, cameras, 1, quick, NAMES[0], source))
+    return truth_of(simulate_case(ct, structures, still, cameras, 1, quick, NAMES[0], source))
 
 
 @pytest.fixture(scope="module")
 def folder(truth, tmp_path_factory):
     """A truth's folder, and the text of its truth.json."""
-    folder = truth.save(tmp_path_factory.mktemp("saved") / "truth")
+    folder = save_truth(truth, tmp_path_factory.mktemp("saved") / "truth")
     return folder, (folder / "truth.json").read_text()
 
 
@@ -77,7 +79,7 @@ def test_a_changed_truth_is_refused(folder, place, value, words):
     inner[place[-1]] = value
     (folder / "truth.json").write_text(json.dumps(fields))
     with pytest.raises(InputError, match=words) as caught:
-        Truth.load(folder)
+        load_truth(folder)
     assert str(folder) in str(caught.value)
 
 
@@ -85,7 +87,7 @@ def test_a_changed_truth_is_refused(folder, place, value, words):
 def test_a_truth_that_is_no_object_is_refused(folder, text):
     (folder[0] / "truth.json").write_text(text)
     with pytest.raises(InputError, match=r"truth\.json"):
-        Truth.load(folder[0])
+        load_truth(folder[0])
 
 
 def test_volumes_of_different_grids_are_refused(folder, truth):
@@ -93,7 +95,7 @@ def test_volumes_of_different_grids_are_refused(folder, truth):
     (folder / "truth.json").write_text(text)
     write_volume(Volume(np.ones((5, 6, 7), np.uint8), np.eye(4)), folder / "fixed_labels.nii.gz")
     with pytest.raises(InputError, match="differ in grid"):
-        Truth.load(folder)
+        load_truth(folder)
 
 
 def test_a_whole_uncertainty_is_scored_and_one_of_infinite_numbers_left_out(truth):

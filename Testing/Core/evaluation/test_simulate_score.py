@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from simulation_phantom import HEAD_CENTRE, NAMES, phantom
 
+from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.evaluation.motion import rigid_about
 from PolyPoseLib.evaluation.score import camera_errors, rotation_between_deg, score_motion, score_result
-from PolyPoseLib.evaluation.simulate import SimulationOptions, simulate_case, view_cameras
-from PolyPoseLib.evaluation.truth import Truth
-from PolyPoseLib.warp.field import DisplacementField, covering_grid
+from PolyPoseLib.geometry.grid import covering_grid
+from PolyPoseLib.io.truths import load_truth, save_truth
+from PolyPoseLib.simulation.motion import rigid_about
+from PolyPoseLib.simulation.simulate import SimulationOptions, simulate_case, view_cameras
+from PolyPoseLib.simulation.truth import truth_of
 
 QUICK = SimulationOptions(projector="sum", node_mm=4.0, pad_mm=10.0)
 
@@ -23,7 +25,7 @@ def truth():
     }
     cameras = view_cameras(ct, pixels=16, detector_mm=350)
     case = simulate_case(ct, structures, motions, cameras, 1, QUICK, "pelvis", source)
-    return Truth.from_case(case, {5: "liver"})
+    return truth_of(case, {5: "liver"})
 
 
 def rest(truth):
@@ -75,7 +77,7 @@ def test_the_angle_between_rotations_is_exact_everywhere(degrees):
 
 
 def test_a_truth_folder_keeps_everything(truth, tmp_path):
-    again = Truth.load(truth.save(tmp_path / "truth"))
+    again = load_truth(save_truth(truth, tmp_path / "truth"))
     assert again.names == truth.names and again.anchor == truth.anchor and again.seed == truth.seed
     assert again.organ_names == truth.organ_names and again.statistics == truth.statistics
     for name in NAMES:
@@ -92,13 +94,13 @@ def test_a_truth_folder_keeps_everything(truth, tmp_path):
 
 def test_what_is_no_truth_folder_is_refused(truth, tmp_path):
     with pytest.raises(InputError, match=r"truth\.json"):
-        Truth.load(tmp_path)
-    folder = truth.save(tmp_path / "truth")
+        load_truth(tmp_path)
+    folder = save_truth(truth, tmp_path / "truth")
     text = (folder / "truth.json").read_text()
     for wrong in (text.replace('"version": 1', '"version": 9'), text.replace('"anchor"', '"achor"'), "{"):
         (folder / "truth.json").write_text(wrong)
         with pytest.raises(InputError):
-            Truth.load(folder)
+            load_truth(folder)
 
 
 def test_a_result_of_another_study_is_refused(truth):

@@ -9,13 +9,10 @@ from PolyPoseLib.geometry.camera import (
     Camera,
     focal_length_px,
     intrinsics_matrix,
-    is_real_number,
     look_at,
-    real_array,
     require_intrinsics,
-    require_rigid,
-    rigid_inverse,
 )
+from PolyPoseLib.geometry.rigid import is_real_number, real_array, require_rigid, rigid_inverse
 
 SEEDS = range(5)
 

@@ -12,7 +12,7 @@ from PolyPoseLib.learned.network_input import LARGEST, network_input
 from PolyPoseLib.learned.posed_scene import PosedScene, random_posture
 from PolyPoseLib.learned.randomise import randomised
 from PolyPoseLib.learned.view_range import ViewRange
-from PolyPoseLib.rendering.backend import select_backend
+from PolyPoseLib.rendering.select import select_backend
 
 RANGE = ViewRange(("AP",), 735.0)
 BACKEND = select_backend(threads=1)

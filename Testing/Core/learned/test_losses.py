@@ -12,8 +12,8 @@ from PolyPoseLib.learned.detector import VirtualDetector
 from PolyPoseLib.learned.image_loss import ImageLoss
 from PolyPoseLib.learned.loss import SOFT_MM, geodesic_mm, projection_mm
 from PolyPoseLib.learned.view_range import ViewRange
-from PolyPoseLib.registration.coarse_search import anchor_points
-from PolyPoseLib.rendering.backend import select_backend
+from PolyPoseLib.registration.scene import anchor_points
+from PolyPoseLib.rendering.select import select_backend
 
 RANGE = ViewRange(("AP",), 700.0, angle_deg=20, offset_mm=30)
 SCENE = learned_phantom.scene()

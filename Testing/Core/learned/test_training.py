@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 import torch
 
+from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.errors import CancelledError, InputError
+from PolyPoseLib.io.camera_models import read_tensors, write_tensors
 from PolyPoseLib.learned.detector import VirtualDetector
 from PolyPoseLib.learned.samples import TRAINING, VALIDATION
 from PolyPoseLib.learned.training import Trainer, TrainingPlan, train
 from PolyPoseLib.learned.view_range import ViewRange
-from PolyPoseLib.registration.monitor import Monitor
-from PolyPoseLib.rendering.backend import select_backend
+from PolyPoseLib.rendering.select import select_backend
 
 pytest.importorskip("monai", reason="learned cameras need MONAI")
 
@@ -44,11 +45,13 @@ def one_thread():
     torch.set_num_threads(before)
 
 
-def trained(scene, plan, views=VIEWS, monitor=None, **more):
+def trained(scene, plan, views=VIEWS, monitor=None, checkpoint=None, resume=False):
+    """As the subcommand train does it: checkpoints go to a file, and come from there."""
+    keep = None if checkpoint is None else lambda fields: write_tensors(fields, checkpoint)
+    earlier = read_tensors(checkpoint, "checkpoint") if resume else None
+    monitor = monitor or Monitor(None, None)
     detector = VirtualDetector(plan.side, 0.15)
-    return train(
-        scene, "of the phantom", views, detector, plan, "cpu", monitor or Monitor(None, None), **more
-    )
+    return train(scene, "of the phantom", views, detector, plan, "cpu", monitor, keep, earlier)
 
 
 def test_training_lowers_the_validation_error(scene):

@@ -3,8 +3,7 @@
 import pytest
 from phantom_study import case
 
-from PolyPoseLib.registration.coarse_search import anchor_points
-from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.registration.scene import Scene, anchor_points
 
 
 @pytest.fixture(scope="module")

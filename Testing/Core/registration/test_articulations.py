@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from phantom_study import HEAD, phantom
 
+from PolyPoseLib.geometry.rigid import about, perturbation
 from PolyPoseLib.registration.articulations import ArticulationPrior, find_articulations
-from PolyPoseLib.registration.restarts import chain_from_anchor
-from PolyPoseLib.registration.rigid_motion import about, perturbation
+from PolyPoseLib.registration.bones.restarts import chain_from_anchor
 from PolyPoseLib.registration.scene import Scene
 
 

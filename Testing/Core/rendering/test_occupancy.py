@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from backend_cases import STEP, assert_close, random_body, random_view
 from scipy.ndimage import map_coordinates
-from test_backends import STEP, assert_close, random_body, random_view
 
 from PolyPoseLib.geometry.camera import Camera, look_at
 from PolyPoseLib.rendering import occupancy
-from PolyPoseLib.rendering.backend import IndexField, NumbaBackend
+from PolyPoseLib.rendering.backend import IndexField
+from PolyPoseLib.rendering.numba_backend import NumbaBackend
 from PolyPoseLib.rendering.occupancy import occupied_blocks
 from PolyPoseLib.rendering.rigid import Body, index_rays
 

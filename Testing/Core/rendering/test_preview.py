@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 
 from PolyPoseLib.__main__ import main
-from PolyPoseLib.commands import render as command
+from PolyPoseLib.cli import render as command
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera, look_at
-from PolyPoseLib.imaging.volume import Volume, write_volume
+from PolyPoseLib.io.volumes import write_volume
 from PolyPoseLib.rendering.preview import PreviewRenderer, block_mean, review_camera
 
 ROOT = Path(__file__).resolve().parents[3]

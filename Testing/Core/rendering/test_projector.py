@@ -20,7 +20,8 @@ from projector_cases import (
 from scipy.ndimage import map_coordinates
 from scipy.spatial.transform import Rotation
 
-from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at, rigid_inverse
+from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at
+from PolyPoseLib.geometry.rigid import rigid_inverse
 
 
 @pytest.mark.parametrize("view", VIEWS)
@@ -161,8 +162,9 @@ def test_moving_volume_and_camera_together_changes_nothing():
 @pytest.fixture(scope="module")
 def chest():
     """The chest CT as attenuation with one layer of air: programs differ only in the outer half voxel."""
-    from PolyPoseLib.imaging.volume import Volume, hounsfield_to_attenuation, read_ct
-    from PolyPoseLib.sample import cached_sample
+    from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
+    from PolyPoseLib.io.samples import cached_sample
+    from PolyPoseLib.io.volumes import read_ct
 
     folder = cached_sample("chest")
     if folder is None:
@@ -176,7 +178,7 @@ def chest():
 @pytest.mark.skipif(importlib.util.find_spec("itk") is None, reason="itk-rtk is not installed")
 @pytest.mark.parametrize("view", VIEWS)
 def test_chest_ct_agrees_with_the_joseph_projector_of_rtk(chest, view):
-    from PolyPoseLib.evaluation.independent_projector import project, rtk_available
+    from PolyPoseLib.simulation.independent_projector import project, rtk_available
 
     if not rtk_available():
         pytest.skip("itk-rtk is not installed")

@@ -5,9 +5,10 @@ import pytest
 import torch
 from scipy.ndimage import gaussian_filter, map_coordinates
 
+from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.data.structures import Structures
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.imaging.structures import Structures
-from PolyPoseLib.imaging.volume import Volume
 from PolyPoseLib.warp.composition import (
     compose_warped_ct,
     compose_warped_labels,
@@ -15,7 +16,6 @@ from PolyPoseLib.warp.composition import (
     grow_regions,
 )
 from PolyPoseLib.warp.dense import displacement_field, warp_volume
-from PolyPoseLib.warp.field import DisplacementField
 
 
 def at_rest(bones):

@@ -6,8 +6,10 @@ import SimpleITK as sitk
 import torch
 from scipy.ndimage import map_coordinates
 
+from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.imaging.volume import Volume
+from PolyPoseLib.geometry.grid import covering_grid
 from PolyPoseLib.warp import dense
 from PolyPoseLib.warp.dense import (
     displacement_field,
@@ -16,7 +18,6 @@ from PolyPoseLib.warp.dense import (
     warp_labels,
     warp_volume,
 )
-from PolyPoseLib.warp.field import DisplacementField, covering_grid
 
 
 def noise(shape, affine, seed=0) -> Volume:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
+from PolyPoseLib.geometry.grid import covering_grid
 from PolyPoseLib.warp.dense import displacement_field
-from PolyPoseLib.warp.field import covering_grid
 from PolyPoseLib.warp.fused import fused_displacements
 
 pytest.importorskip("numba")

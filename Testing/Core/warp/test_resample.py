@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from PolyPoseLib.imaging.volume import Volume
+from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.geometry.grid import covering_grid
 from PolyPoseLib.warp import dense
 from PolyPoseLib.warp.dense import warp_labels, warp_volume
-from PolyPoseLib.warp.field import DisplacementField, covering_grid
 
 pytest.importorskip("numba")
 SHAPE = (17, 14, 19)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from conftest import grid_affine
+from bones_case import grid_affine
 
+from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.warp.dense import jacobian_determinant
-from PolyPoseLib.warp.field import DisplacementField
 from PolyPoseLib.warp.unfold import unfolded
 
 SHAPE = (34, 36, 38)

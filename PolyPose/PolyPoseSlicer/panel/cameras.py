@@ -1,0 +1,344 @@
+"""The panel's first cameras: the way of each X-ray, the search for it, and whether what it found is taken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import qt
+import slicer
+from slicer.i18n import tr as _
+
+from PolyPoseLib.errors import CancelledError, PolyPoseError
+from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS
+
+from ..process.camera_run import CameraRun
+from ..process.dependencies import ensure_dependencies
+from ..process.study_run import State
+from ..scene.cameras import CAMERA_ATTRIBUTE, SceneCamera, set_camera
+from ..study.camera_finding import CameraFinding
+from ..study.camera_source import Way
+from ..study.parameters import (
+    PolyPoseParameterNode,
+    camera_model_of,
+    store_camera_model,
+    store_xray_sources,
+    xray_sources,
+)
+from ..study.xray_reading import XrayReader
+from ..study.xray_source import XraySource
+from .camera_text import finding_lines, html_of, way_lines
+from .path_edit import follow_path, show_path
+from .xrays import XraysPart
+
+POLL_MS = 50
+_WAYS = tuple(Way)
+
+
+class CameraPart:
+    """Chooses ways, runs one search at a time, and shows how sure it is."""
+
+    def __init__(
+        self,
+        ui: Any,
+        logic: Any,
+        requirements: str,
+        xrays: XraysPart,
+        look_at: Callable[[np.ndarray], None],
+        settle: Callable[[], None],
+    ) -> None:
+        """requirements: path of the list of Python packages that the child needs. look_at: shows an extrinsic.
+
+        settle: stores what the user has just picked.
+        """
+        self._ui, self._logic, self._requirements = ui, logic, requirements
+        self._xrays, self._look_at, self._settle = xrays, look_at, settle
+        self._parameters: PolyPoseParameterNode | None = None
+        self._run: CameraRun | None = None
+        self._asked: tuple[PolyPoseParameterNode, list[XraySource]] | None = None
+        self._showing = False
+        self._timer = qt.QTimer()
+        self._timer.interval = POLL_MS
+        self._timer.connect("timeout()", self._poll)
+        for way in _WAYS:
+            ui.cameraWay.addItem(way.label())
+        ui.standardView.addItem(_("all directions"))
+        for name in STANDARD_VIEWS:
+            ui.standardView.addItem(name)
+        ui.calibrationFile.nameFilters = [
+            _("Calibrations") + " (*.csv *.json *.txt)",
+            _("All files") + " (*)",
+        ]
+        ui.cameraProgress.setVisible(False)
+        ui.cameraWay.connect("currentIndexChanged(int)", self._edited)
+        ui.standardView.connect("currentIndexChanged(int)", self._edited)
+        follow_path(ui.calibrationFile, self._edited)
+        follow_path(ui.cameraModel, self._model_edited)
+        ui.rigName.connect("editingFinished()", self._edited)
+        ui.findCamera.connect("clicked()", self.press)
+        ui.findCameras.connect("clicked()", self.find_all)
+        ui.lookAtFinding.connect("clicked()", self.look)
+        ui.acceptFinding.connect("clicked()", self.accept)
+        ui.discardFinding.connect("clicked()", self.discard)
+
+    @property
+    def running(self) -> bool:
+        """Whether a search is under way."""
+        return self._run is not None
+
+    def show(self, parameters: PolyPoseParameterNode | None) -> None:
+        """Another parameter node, another X-ray, or one of them changed."""
+        self._parameters = parameters
+        source = self._source()
+        ui = self._ui
+        self._showing = True
+        fields = source.fields if source is not None else {}
+        way = source.way if source is not None else Way.AUTO
+        ui.cameraWay.currentIndex = _WAYS.index(way)
+        ui.standardView.currentIndex = max(0, ui.standardView.findText(fields.get("standard_view") or ""))
+        show_path(ui.calibrationFile, str(fields.get("calibration") or ""))
+        show_path(ui.cameraModel, camera_model_of(parameters) if parameters is not None else "")
+        ui.rigName.text = str(fields.get("rig") or "")
+        self._showing = False
+        for name in ("cameraWay", "standardView", "calibrationFile", "cameraModel", "rigName"):
+            getattr(ui, name).enabled = source is not None
+        for name in ("standardView", "standardViewLabel"):
+            getattr(ui, name).setVisible(way in (Way.SEARCH, Way.LEARNED, Way.AUTO))
+        for name in ("cameraModel", "cameraModelLabel"):
+            getattr(ui, name).setVisible(way is Way.LEARNED)
+        ui.landmarksBox.setVisible(way is Way.LANDMARKS)
+        self._show_finding(source)
+        self._show_buttons()
+
+    def press(self) -> None:
+        """The button: find the camera of the selected X-ray, or cancel."""
+        if self._run is not None:
+            self._run.cancel()
+            self._show_buttons()
+        elif self._xrays.number >= 0:
+            self.find([self._xrays.number])
+
+    def find_all(self) -> None:
+        """Look for the camera of every X-ray that has none."""
+        self.find([row for row, source in enumerate(self._xrays.sources) if self._lacks_camera(source)])
+
+    def find(self, rows: list[int]) -> None:
+        """Look for the cameras of some X-rays, by the way of each."""
+        self._say("")
+        if not rows:
+            self._say(_("Every X-ray has a camera to start from."))
+            return
+        self._settle()
+        rows = with_rigs(self._xrays.sources, rows)
+        try:
+            ensure_dependencies(self._requirements)
+            self._run = self._logic.startCameras(rows, self._parameters)
+        except (PolyPoseError, OSError) as error:
+            self._say(str(error), doubtful=True)
+            return
+        self._asked = (self._parameters, [self._xrays.sources[row] for row in rows])
+        self._ui.cameraProgress.setVisible(True)
+        self._ui.cameraProgress.setRange(0, 0)
+        self._timer.start()
+        self._show_buttons()
+
+    def look(self) -> None:
+        """Show what was found for the selected X-ray."""
+        source = self._source()
+        if source is not None and source.found is not None:
+            self._ui.carmSection.collapsed = False
+            self._look_at(np.array(source.found.extrinsic))
+
+    def accept(self) -> None:
+        """Take the doubtful camera of the selected X-ray."""
+        source = self._source()
+        if source is not None and source.found is not None:
+            self._xrays.change({self._xrays.number: taken(source, source.found, self._xrays.reader)})
+
+    def discard(self) -> None:
+        """Forget what was found for the selected X-ray."""
+        source = self._source()
+        if source is not None and source.found is not None:
+            self._xrays.change({self._xrays.number: _forgotten(source)})
+
+    def close(self) -> None:
+        """End a running search at once, and leave nothing of it."""
+        self._timer.stop()
+        if self._run is not None:
+            self._run.close()
+            self._finish()
+
+    def _source(self) -> XraySource | None:
+        return self._xrays.source if self._parameters is not None else None
+
+    def _lacks_camera(self, source: XraySource) -> bool:
+        """Whether the registration would have to find this X-ray's camera itself."""
+        report = self._xrays.reader.report(source)
+        if report.xray is None or report.xray.camera == "known":
+            return False
+        given = source.way is Way.CALIBRATION or source.fields.get("extrinsic") is not None
+        if source.starts_from_transform or source.landmark_camera is not None:
+            return False
+        return not (given and report.xray.extrinsic is not None)
+
+    def _edited(self, *_ignored: Any) -> None:
+        """Store the way and what belongs to it; what was found another way is forgotten."""
+        source = self._source()
+        if self._showing or source is None:
+            return
+        ui = self._ui
+        fields = dict(source.fields)
+        view = ui.standardView.currentText if ui.standardView.currentIndex > 0 else None
+        path = ui.calibrationFile.currentPath.strip() or None
+        rig = ui.rigName.text.strip() or None
+        for key, value in (("standard_view", view), ("calibration", path), ("rig", rig)):
+            fields.pop(key, None)
+            if value is not None:
+                fields[key] = value
+        if path is None:
+            fields.pop("calibration_frame", None)
+        way = _WAYS[ui.cameraWay.currentIndex]
+        if fields != source.fields or way is not source.way:
+            self._xrays.change({self._xrays.number: replace(_forgotten(source), fields=fields, way=way)})
+
+    def _model_edited(self, *_ignored: Any) -> None:
+        """Store the camera model's path, which serves all X-rays."""
+        if not self._showing and self._parameters is not None:
+            store_camera_model(self._parameters, self._ui.cameraModel.currentPath.strip())
+
+    def _poll(self) -> None:
+        """Every 50 ms: take what came, show it, and end when it has ended."""
+        run = self._run
+        state = run.poll()
+        self._show_progress(run)
+        if not state.ended:
+            self._show_buttons()
+            return
+        self._timer.stop()
+        asked = self._asked
+        self._finish()
+        if state is State.DONE:
+            self._store(*asked, run.found)
+        else:
+            cancelled = isinstance(run.error, CancelledError)
+            self._say(
+                _("Cancelled; nothing was changed.") if cancelled else str(run.error), doubtful=not cancelled
+            )
+
+    def _store(
+        self, parameters: PolyPoseParameterNode, asked: list[XraySource], found: dict[int, CameraFinding]
+    ) -> None:
+        """Take the cameras that are sure, keep the others as proposals; X-rays that were changed meanwhile are left."""
+        sources = xray_sources(parameters)
+        sure = doubtful = 0
+        for number, finding in found.items():
+            if number >= len(asked) or asked[number] not in sources:
+                continue
+            row = sources.index(asked[number])
+            if self._xrays.reader.report(sources[row]).xray is None:
+                continue
+            if finding.sure:
+                sure += 1
+                sources[row] = taken(sources[row], finding, self._xrays.reader)
+            else:
+                doubtful += 1
+                sources[row] = replace(sources[row], found=replace(finding, taken=False))
+        store_xray_sources(parameters, sources)
+        text = _("{sure} found.").format(sure=sure)
+        if sure + doubtful < len(found):
+            text += " " + _("X-rays that were changed meanwhile are left as they are.")
+        if doubtful:
+            text += " " + _("{count} doubtful, and not taken: select it and look.").format(count=doubtful)
+        self._say(text, doubtful=doubtful > 0)
+
+    def _finish(self) -> None:
+        self._run, self._asked = None, None
+        self._ui.cameraProgress.setVisible(False)
+        self._say("")
+        self._show_buttons()
+
+    def _show_progress(self, run: CameraRun) -> None:
+        ui, progress = self._ui, run.progress
+        if run.state is State.WRITING:
+            self._say(_("Writing the study..."))
+        elif progress is None:
+            self._say(_("Starting..."))
+        else:
+            ui.cameraProgress.setRange(0, max(progress.of, 1))
+            ui.cameraProgress.setValue(min(progress.iteration, max(progress.of, 1)))
+            text = _("{stage}: {iteration} of {of}").format(
+                stage=progress.stage, iteration=progress.iteration, of=progress.of
+            )
+            self._say(text)
+
+    def _show_finding(self, source: XraySource | None) -> None:
+        ui = self._ui
+        found = source.found if source is not None else None
+        if found is not None:
+            ui.cameraFinding.text = html_of(finding_lines(found), doubtful=not found.sure)
+        elif source is not None:
+            ui.cameraFinding.text = html_of(
+                way_lines(source, self._xrays.report(), camera_model_of(self._parameters)), doubtful=False
+            )
+        else:
+            ui.cameraFinding.text = _("Select an X-ray in the table.")
+        waits = found is not None and not found.taken
+        ui.lookAtFinding.enabled = found is not None
+        ui.acceptFinding.enabled = waits
+        ui.discardFinding.enabled = found is not None
+        for name in ("lookAtFinding", "acceptFinding", "discardFinding"):
+            getattr(ui, name).setVisible(found is not None)
+        ui.acceptFinding.setVisible(waits)
+
+    def _show_buttons(self) -> None:
+        """The button's text says what it does; its tool tip what is missing."""
+        ui, run, source = self._ui, self._run, self._source()
+        ui.findCameras.enabled = run is None and source is not None and not self._missing()
+        if run is not None:
+            ui.findCamera.text = _("Cancelling...") if run.cancelling else _("Cancel")
+            ui.findCamera.enabled = not run.cancelling
+            ui.findCamera.setToolTip(_("Stop the search; nothing is changed."))
+            return
+        missing = self._missing()
+        if source is not None and source.way in (Way.CARM, Way.CALIBRATION):
+            missing = missing or _("This way gives the camera without a search.")
+        if source is not None and source.way is Way.LEARNED and not camera_model_of(self._parameters):
+            missing = missing or _("Choose the model's file.")
+        ui.findCamera.text = _("Find camera")
+        ui.findCamera.enabled = source is not None and not missing
+        ui.findCamera.setToolTip(missing or _("Look for the camera of the selected X-ray."))
+
+    def _missing(self) -> str:
+        return self._logic.missingInput(self._parameters) if self._parameters is not None else ""
+
+    def _say(self, text: str, doubtful: bool = False) -> None:
+        self._ui.cameraStage.text = html_of(text.splitlines(), doubtful)
+
+
+def with_rigs(sources: Sequence[XraySource], rows: Sequence[int]) -> list[int]:
+    """Rows with those of the same rigs, whose cameras are found together."""
+    rigs = {sources[row].fields.get("rig") for row in rows} - {None}
+    return [n for n, source in enumerate(sources) if n in rows or source.fields.get("rig") in rigs]
+
+
+def taken(source: XraySource, finding: CameraFinding, reader: XrayReader) -> XraySource:
+    """The X-ray with a finding as its first camera: a transform node, ours when it has one."""
+    source = replace(source, fields={**source.fields, "mirrored": finding.mirrored})
+    xray = reader.report(source).xray
+    node = source.camera_transform
+    if node is None or not node.GetAttribute(CAMERA_ATTRIBUTE):
+        name = slicer.mrmlScene.GenerateUniqueName(_("Camera of {name}").format(name=source.name))
+        node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", name)
+    camera = SceneCamera(
+        xray.intrinsics, np.array(finding.extrinsic), *xray.image.shape, similarity=finding.similarity
+    )
+    set_camera(node, camera)
+    return replace(source, camera_transform=node, found=replace(finding, taken=True))
+
+
+def _forgotten(source: XraySource) -> XraySource:
+    """The X-ray without what was found for it."""
+    taken_from_it = source.found is not None and source.found.taken
+    return replace(source, found=None, camera_transform=None if taken_from_it else source.camera_transform)

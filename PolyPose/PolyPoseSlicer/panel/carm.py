@@ -1,0 +1,216 @@
+"""The panel's C-arm: sliders for its angles and distances, and the CT's rendering live on the X-ray."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import slicer
+from slicer.i18n import tr as _
+
+from PolyPoseLib.errors import PolyPoseError
+from PolyPoseLib.geometry.camera import Camera
+
+from ..process.renderer import Renderer
+from ..scene import xray_views
+from ..scene.cameras import SceneCamera, set_camera
+from ..scene.carm_placement import Placement, intrinsics_at
+from ..scene.compare import Mode, compared, shrunk
+from ..scene.frames import flip_vectors
+from ..study.parameters import PolyPoseParameterNode, structures_of
+from .xrays import XraysPart
+
+REVIEW_PIXELS = 200
+"""Longer side of the live rendering."""
+
+_SLIDERS = {
+    "carmPrimary": "primary_deg",
+    "carmSecondary": "secondary_deg",
+    "carmRotation": "rotation_deg",
+    "carmIsocenterDistance": "source_to_isocenter_mm",
+    "carmDetectorDistance": "source_to_detector_mm",
+}
+_TABLE = ("carmLateral", "carmVertical", "carmLongitudinal")
+
+
+class CarmPart:
+    """Sliders, live overlay, and the initial guess that they make."""
+
+    def __init__(self, ui: Any, xrays: XraysPart, renderer: Renderer, show_views: Callable[[], None]) -> None:
+        """show_views: called to bring the X-ray views up when the overlay is switched on."""
+        self._ui, self._xrays, self._renderer, self._show_views = ui, xrays, renderer, show_views
+        self._parameters: PolyPoseParameterNode | None = None
+        self._setting = False
+        self._grey: tuple[Any, np.ndarray] | None = None
+        self._rendering: np.ndarray | None = None
+        self.seconds: list[float] = []
+        for name in (*_SLIDERS, *_TABLE):
+            getattr(ui, name).connect("valueChanged(double)", self._moved)
+        ui.carmOpacity.connect("valueChanged(double)", self._blend)
+        ui.carmLive.connect("toggled(bool)", self._toggled)
+        ui.carmReset.connect("clicked()", self.reset)
+        ui.carmUse.connect("clicked()", self.use)
+
+    def show(self, parameters: PolyPoseParameterNode | None) -> None:
+        """Another parameter node, or the same that changed."""
+        self._parameters = parameters
+        self._enable()
+
+    def xray_selected(self) -> None:
+        """Another X-ray is selected, or its geometry changed: the sliders follow it."""
+        self._enable()
+        self.reset()
+
+    def stop(self) -> None:
+        """Stop the live overlay."""
+        self._ui.carmLive.checked = False
+
+    def placement(self) -> Placement:
+        """What the sliders say."""
+        values = {field: getattr(self._ui, name).value for name, field in _SLIDERS.items()}
+        return Placement(**values, table_mm=tuple(getattr(self._ui, name).value for name in _TABLE))
+
+    def reset(self) -> None:
+        """Put the sliders where the X-ray's own geometry says, or to a frontal view."""
+        xray = self._xray()
+        if xray is None or self._ct() is None:
+            return
+        distance = xray.source_to_detector_mm
+        placement = Placement(source_to_isocenter_mm=0.7 * distance, source_to_detector_mm=distance)
+        if xray.extrinsic is not None:
+            placement = Placement.of(xray.extrinsic, distance, self.reference())
+        self._set(placement)
+
+    def look_at(self, extrinsic: np.ndarray) -> None:
+        """Show a camera, (4, 4) world LPS mm to camera, live on the selected X-ray; nothing is stored."""
+        xray = self._xray()
+        if xray is None or self._ct() is None:
+            return
+        self._set(Placement.of(extrinsic, xray.source_to_detector_mm, self.reference()))
+        self._ui.carmLive.checked = True
+
+    def use(self) -> None:
+        """Make the shown camera the X-ray's initial guess: a transform node and the typed distance."""
+        xray, camera = self._xray(), self._camera()
+        if camera is None:
+            return
+        source = self._xrays.source
+        node = source.camera_transform
+        if node is None:
+            name = slicer.mrmlScene.GenerateUniqueName(_("C-arm guess {name}").format(name=source.name))
+            node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", name)
+        set_camera(node, camera)
+        fields: dict[str, Any] = {"mirrored": xray.mirrored, "extrinsic": None}
+        distance = float(self._ui.carmDetectorDistance.value)
+        if abs(distance - xray.source_to_detector_mm) > 0.5:
+            fields |= {"source_to_detector_mm": distance, "intrinsics": None}
+        self._xrays.set_guess(node, fields)
+        self._ui.carmStatus.text = _("The registration starts from here for '{name}'.").format(
+            name=source.name
+        )
+
+    def reference(self) -> np.ndarray:
+        """The patient's reference point (3,), LPS mm: the middle of the anchor's segments, or of the CT."""
+        parameters = self._parameters
+        segments = structures_of(parameters).get(parameters.anchor, [])
+        centers = [parameters.segmentation.GetSegmentCenterRAS(each) for each in segments]
+        centers = [each for each in centers if each is not None]
+        if centers:
+            return flip_vectors(np.mean(centers, axis=0))
+        bounds = [0.0] * 6
+        parameters.ct.GetRASBounds(bounds)
+        return flip_vectors(np.array(bounds).reshape(3, 2).mean(axis=1))
+
+    def _xray(self) -> Any:
+        report = self._xrays.report()
+        return report.xray if report is not None else None
+
+    def _ct(self) -> Any:
+        return self._parameters.ct if self._parameters is not None else None
+
+    def _camera(self) -> SceneCamera | None:
+        """The camera of the sliders for the selected X-ray at its own size."""
+        xray = self._xray()
+        if xray is None or self._ct() is None:
+            return None
+        placement = self.placement()
+        intrinsics = intrinsics_at(
+            xray.intrinsics, xray.source_to_detector_mm, placement.source_to_detector_mm
+        )
+        return SceneCamera(intrinsics, placement.extrinsic(self.reference()), *xray.image.shape)
+
+    def _set(self, placement: Placement) -> None:
+        """Move the sliders, and render once."""
+        self._setting = True
+        for name, field in _SLIDERS.items():
+            getattr(self._ui, name).setValue(getattr(placement, field))
+        for name, value in zip(_TABLE, placement.table_mm, strict=True):
+            getattr(self._ui, name).setValue(value)
+        self._setting = False
+        self._moved()
+
+    def _enable(self) -> None:
+        """Say what is missing before the C-arm can be placed."""
+        ui = self._ui
+        possible = self._xray() is not None and self._ct() is not None
+        for name in ("carmLive", "carmReset", "carmUse"):
+            getattr(ui, name).enabled = possible
+        if not possible:
+            self.stop()
+            ui.carmStatus.text = (
+                _("Choose the CT first.")
+                if self._ct() is None
+                else _("Select an X-ray in the table that can be read.")
+            )
+
+    def _toggled(self, live: bool) -> None:
+        if live:
+            self._ui.carmStatus.text = _("Preparing the CT...")
+            self._show_views()
+            self._moved()
+        else:
+            self._renderer.forget()
+            self._ui.carmStatus.text = ""
+
+    def _moved(self, *_ignored: Any) -> None:
+        """A slider moved: ask for the new rendering, the newest only."""
+        if self._setting or not self._ui.carmLive.checked:
+            return
+        try:
+            camera = self._camera()
+            small = Camera(camera.intrinsics, camera.extrinsic, camera.height, camera.width)
+            factor = max(1, -(-max(camera.height, camera.width) // REVIEW_PIXELS))
+            small = small.binned(factor)
+        except PolyPoseError as error:
+            self._ui.carmStatus.text = str(error)
+            return
+        asked = (small.intrinsics, small.extrinsic, small.height, small.width)
+        self._renderer.ask(self._ct(), asked, self._rendered)
+
+    def _rendered(self, rendering: np.ndarray, seconds: float) -> None:
+        """A rendering came: lay it over the X-ray."""
+        if not self._ui.carmLive.checked:
+            return
+        self._rendering = rendering
+        self.seconds.append(seconds)
+        self._ui.carmStatus.text = _("Live ({milliseconds:.0f} ms an image).").format(
+            milliseconds=1000 * seconds
+        )
+        self._blend()
+
+    def _blend(self, *_ignored: Any) -> None:
+        xray = self._xray()
+        if xray is None or self._rendering is None or not self._ui.carmLive.checked:
+            return
+        factor = max(1, -(-max(xray.image.shape) // (2 * REVIEW_PIXELS)))
+        if self._grey is None or self._grey[0] is not xray:
+            self._grey = (xray, shrunk(xray.image, factor) if factor > 1 else xray.image)
+        rgb = compared(self._grey[1], self._rendering, Mode.BLEND, self._ui.carmOpacity.value / 100)
+        picture = xray_views.XrayPicture(
+            xray.name, self._camera(), self._ui.carmDetectorDistance.value, xray.image, mirrored=xray.mirrored
+        )
+        number = self._xrays.number
+        xray_views.show_image(number, picture, rgb)
+        xray_views.show_carm(number, picture)
+        xray_views.aim_view(number, picture, self._ui.fromDetector.checked)

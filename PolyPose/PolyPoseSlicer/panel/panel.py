@@ -1,0 +1,170 @@
+"""The module's panel: builds the form, hands the parameter node to its parts, and ends what it started."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import slicer
+import vtk
+
+from ..process.renderer import Renderer
+from ..study.parameters import PolyPoseParameterNode, xray_sources
+from .cameras import CameraPart
+from .carm import CarmPart
+from .landmarks import LandmarksPart
+from .register import RegisterPart
+from .review import ReviewPart
+from .structures import StructuresPart
+from .xrays import XraysPart
+
+
+class Panel:
+    """Lives as long as the module's widget.
+
+    It observes the scene, the parameter node and the segmentation through the widget's VTKObservationMixin, and
+    leaves no observer, process or file after `cleanup`.
+    """
+
+    def __init__(self, host: Any, logic: Any) -> None:
+        """host: the ScriptedLoadableModuleWidget, which is a VTKObservationMixin too."""
+        self._host, self.logic = host, logic
+        self.parameters: PolyPoseParameterNode | None = None
+        self._connection: Any = None
+        self._segmentation: Any = None
+        self._refreshing = False
+        form = slicer.util.loadUI(host.resourcePath("UI/PolyPose.ui"))
+        host.layout.addWidget(form)
+        self.ui = slicer.util.childWidgetVariables(form)
+        form.setMRMLScene(slicer.mrmlScene)
+        ui = self.ui
+        self.renderer = Renderer(self._say)
+        self.structures = StructuresPart(ui)
+        self.xrays = XraysPart(ui, self._xray_selected)
+        self.carm = CarmPart(ui, self.xrays, self.renderer, self._show_views)
+        requirements = host.resourcePath("requirements.txt")
+        self.landmarks = LandmarksPart(ui, host, self.xrays, self._show_views, self.carm.reference)
+        self.cameras = CameraPart(
+            ui, logic, requirements, self.xrays, self.carm.look_at, self.landmarks.finish
+        )
+        self.review = ReviewPart(ui, logic, self.renderer, self._reports, self.carm.reference)
+        self.register = RegisterPart(ui, logic, requirements, self._result_came)
+        scene = slicer.mrmlScene
+        host.addObserver(scene, scene.StartCloseEvent, self._scene_closes)
+        host.addObserver(scene, scene.EndCloseEvent, self._scene_closed)
+        host.addObserver(scene, scene.StartImportEvent, self._scene_imports)
+        host.addObserver(scene, scene.EndImportEvent, self._scene_imported)
+        slicer.app.connect("aboutToQuit()", self.stop)
+        self.use(logic.getParameterNode())
+
+    def enter(self) -> None:
+        """The module is opened."""
+        self.use(self.logic.getParameterNode())
+
+    def exit(self) -> None:
+        """Another module is opened: a registration and a search go on, everything else stops."""
+        self.carm.stop()
+        self.review.pause()
+        self.renderer.close()
+        self.use(None)
+
+    def cleanup(self) -> None:
+        """The module is reloaded or the application ends."""
+        slicer.app.disconnect("aboutToQuit()", self.stop)
+        self.stop()
+        self.review.close()
+        self.use(None)
+
+    def stop(self) -> None:
+        """End every process and timer, and remove their files."""
+        self.carm.stop()
+        self.cameras.close()
+        self.landmarks.stop()
+        self.register.close()
+        self.review.pause()
+        self.renderer.close()
+
+    def use(self, parameters: PolyPoseParameterNode | None) -> None:
+        """Follow another parameter node, or none."""
+        if self.parameters is not None:
+            self.landmarks.stop()
+            self.parameters.disconnectGui(self._connection)
+            self._host.removeObserver(
+                self.parameters.parameterNode, vtk.vtkCommand.ModifiedEvent, self._changed
+            )
+        self.parameters, self._connection = parameters, None
+        if parameters is not None:
+            self._connection = parameters.connectGui(self.ui)
+            self._host.addObserver(parameters.parameterNode, vtk.vtkCommand.ModifiedEvent, self._changed)
+        self._changed()
+
+    def _changed(self, *_ignored: Any) -> None:
+        """The parameter node, or the segmentation, changed."""
+        if self._refreshing:
+            return
+        self._refreshing = True
+        try:
+            parameters = self.parameters
+            self._observe_segmentation(parameters.segmentation if parameters is not None else None)
+            self.structures.show(parameters)
+            self.xrays.show(parameters)
+            self.cameras.show(parameters)
+            self.landmarks.show(parameters)
+            self.carm.show(parameters)
+            self.register.show(parameters)
+            self.review.show(parameters)
+        finally:
+            self._refreshing = False
+
+    def _observe_segmentation(self, node: Any) -> None:
+        """Notice segments that are added, removed or renamed."""
+        if node is self._segmentation:
+            return
+        content = slicer.vtkSegmentation
+        for event in (content.SegmentAdded, content.SegmentRemoved, content.SegmentModified):
+            if self._segmentation is not None:
+                self._host.removeObserver(self._segmentation, event, self._changed)
+            if node is not None:
+                self._host.addObserver(node, event, self._changed)
+        self._segmentation = node
+
+    def _scene_closes(self, *_ignored: Any) -> None:
+        self.stop()
+        self.review.close()
+        self.use(None)
+
+    def _scene_closed(self, *_ignored: Any) -> None:
+        if self._host.parent.isEntered:
+            self.use(self.logic.getParameterNode())
+
+    def _scene_imports(self, *_ignored: Any) -> None:
+        """A scene is about to be added: selectors are emptied meanwhile, which is no choice of the user's."""
+        self.use(None)
+
+    def _scene_imported(self, *_ignored: Any) -> None:
+        """A scene was loaded: its parameter node replaces ours."""
+        if self._host.parent.isEntered:
+            self.use(self.logic.getParameterNode())
+
+    def _result_came(self, nodes: Any) -> None:
+        """Show a new result, unless another module is open."""
+        if self.parameters is not None:
+            self.review.result_came(nodes)
+
+    def _reports(self) -> list[Any]:
+        sources = xray_sources(self.parameters) if self.parameters is not None else []
+        return [self.xrays.reader.report(source) for source in sources]
+
+    def _xray_selected(self) -> None:
+        self.cameras.show(self.parameters)
+        self.landmarks.show(self.parameters)
+        self.carm.xray_selected()
+        self.review.follow_cameras()
+
+    def _show_views(self) -> None:
+        self.review.show_layout()
+
+    def _say(self, text: str) -> None:
+        """Something could not be rendered."""
+        self.ui.carmStatus.text = text
+        if not self.ui.carmLive.checked:
+            self.ui.reviewState.text = text

@@ -1,0 +1,237 @@
+"""The panel's Register section: options, one button, progress, and the curve while it runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import ctk
+import qt
+import slicer
+from slicer.i18n import tr as _
+
+from PolyPoseLib.errors import CancelledError, PolyPoseError, UntrustedResultError
+
+from ..process.dependencies import ensure_dependencies
+from ..process.registration import Registration, State
+from ..scene import layouts
+from ..study.parameters import PolyPoseParameterNode, store_outputs
+from ..study.result_origin import remember_segments
+from ..study.results import fill_similarity_table, set_plot
+from .live_preview import LivePreview
+
+POLL_MS = 50
+
+
+class RegisterPart:
+    """Starts, shows and ends one registration.
+
+    done: called when a result is in the scene, trusted or not.
+    """
+
+    def __init__(self, ui: Any, logic: Any, requirements: str, done: Callable[[Any], None]) -> None:
+        """requirements: path of the list of Python packages that the child needs."""
+        self._ui, self._logic, self._requirements, self._done = ui, logic, requirements, done
+        self._parameters: PolyPoseParameterNode | None = None
+        self._run: Registration | None = None
+        self._running: PolyPoseParameterNode | None = None
+        self._preview: LivePreview | None = None
+        self._made: list[Any] = []
+        self._drawn = 0
+        self._kept_in = ""
+        self._showing = False
+        self._timer = qt.QTimer()
+        self._timer.interval = POLL_MS
+        self._timer.connect("timeout()", self._poll)
+        ui.outputFolder.filters = ctk.ctkPathLineEdit.Dirs
+        ui.outputFolder.currentPath = ""  # not the last one of its history: that holds an earlier result
+        ui.progressBar.setVisible(False)
+        ui.registerButton.connect("clicked()", self.press)
+        for name, signal in (
+            ("refineCameras", "toggled(bool)"),
+            ("uncertainty", "toggled(bool)"),
+            ("threads", "valueChanged(int)"),
+            ("seed", "valueChanged(int)"),
+        ):
+            getattr(ui, name).connect(signal, self._options_edited)
+
+    @property
+    def running(self) -> bool:
+        """Whether a registration is under way."""
+        return self._run is not None
+
+    def show(self, parameters: PolyPoseParameterNode | None) -> None:
+        """Another parameter node, or the same that changed."""
+        self._parameters = parameters
+        if parameters is not None:
+            options = json.loads(parameters.options or "{}")
+            self._showing = True
+            self._ui.refineCameras.checked = bool(options.get("refine_cameras", True))
+            self._ui.uncertainty.checked = bool(options.get("uncertainty", True))
+            self._ui.threads.value = int(options.get("threads") or 0)
+            self._ui.seed.value = int(options.get("seed", 0))
+            self._showing = False
+        self._show_button()
+
+    def press(self) -> None:
+        """The button: register, or cancel."""
+        if self._run is None:
+            self.start()
+        else:
+            self._run.cancel()
+            self._show_button()
+
+    def start(self) -> None:
+        """Start a registration of what the parameter node says."""
+        self._say("")
+        try:
+            ensure_dependencies(self._requirements)
+            self._make_curve()
+            self._kept_in = self._ui.outputFolder.currentPath.strip()
+            self._run = self._logic.startParameters(self._parameters, outputFolder=self._kept_in or None)
+            self._running = self._parameters
+        except (PolyPoseError, OSError) as error:
+            self._remove_curve()
+            self._say(str(error))
+            return
+        if self._parameters.livePreview:
+            self._preview = LivePreview(self._parameters.ct, self._parameters.segmentation)
+        self._ui.progressBar.setVisible(True)
+        self._ui.progressBar.setRange(0, 0)
+        self._drawn = 0
+        layouts.show_plot(self._parameters.outputPlot)
+        self._timer.start()
+        self._show_button()
+
+    def close(self) -> None:
+        """End a running registration at once, and leave nothing of it."""
+        self._timer.stop()
+        if self._run is not None:
+            self._run.close()
+            self._finish()
+
+    def _poll(self) -> None:
+        """Every 50 ms: take what came, show it, and end when it has ended."""
+        run = self._run
+        state = run.poll()
+        self._show_progress(run)
+        if self._preview is not None and run.nodes.transform is not None and not state.ended:
+            self._preview.show(run.nodes.transform)
+        if not state.ended:
+            self._show_button()
+            return
+        self._timer.stop()
+        parameters = self._running
+        untrusted = isinstance(run.error, UntrustedResultError)
+        if state is State.DONE or untrusted:
+            self._made.clear()
+            self._finish()
+            store_outputs(parameters, run.nodes)
+            if self._kept_in and parameters.segmentation is not None:
+                remember_segments(self._kept_in, parameters.segmentation)
+            self._say(self._end_text(run))
+            self._done(run.nodes)
+        else:
+            self._finish()
+            cancelled = isinstance(run.error, CancelledError)
+            self._say(_("Cancelled; nothing was changed.") if cancelled else str(run.error))
+
+    def _finish(self) -> None:
+        """Forget the run."""
+        self._run, self._running = None, None
+        if self._preview is not None:
+            self._preview.restore()
+            self._preview = None
+        self._remove_curve()
+        self._ui.progressBar.setVisible(False)
+        self._ui.stageLabel.text = ""
+        self._show_button()
+
+    def _show_progress(self, run: Registration) -> None:
+        ui, progress = self._ui, run.progress
+        if run.state is State.WRITING:
+            ui.stageLabel.text = _("Writing the study...")
+        elif run.state is State.LOADING:
+            ui.progressBar.setRange(0, 0)
+            ui.stageLabel.text = _("Reading the result...")
+        elif progress is None:
+            ui.stageLabel.text = _("Starting...")
+        else:
+            ui.progressBar.setRange(0, max(progress.of, 1))
+            ui.progressBar.setValue(min(progress.iteration, max(progress.of, 1)))
+            text = _("{stage}: {iteration} of {of}").format(
+                stage=progress.stage, iteration=progress.iteration, of=progress.of
+            )
+            if progress.similarity is not None:
+                text += _(", similarity {similarity:.4f}").format(similarity=progress.similarity)
+            ui.stageLabel.text = text
+        table = self._running.outputSimilarity
+        if table is not None and len(run.similarities) != self._drawn and not run.state.ended:
+            self._drawn = len(run.similarities)
+            fill_similarity_table(table, run.similarities)
+
+    def _end_text(self, run: Registration) -> str:
+        seconds = sum(run.nodes.seconds.values())
+        text = _("Done in {seconds:.0f} s on {device}.").format(
+            seconds=seconds, device=run.nodes.device or _("this machine")
+        )
+        return "\n".join([str(run.error)] if run.error is not None else [text])
+
+    def _make_curve(self) -> None:
+        """The nodes of the curve exist from the beginning, so that it can be watched."""
+        parameters, scene = self._parameters, slicer.mrmlScene
+        names = {
+            "outputSimilarity": ("vtkMRMLTableNode", _("PolyPose similarity")),
+            "outputSeries": ("vtkMRMLPlotSeriesNode", _("PolyPose similarity curve")),
+            "outputPlot": ("vtkMRMLPlotChartNode", _("PolyPose similarity plot")),
+        }
+        was = parameters.StartModify()
+        for field, (kind, name) in names.items():
+            if getattr(parameters, field) is None:
+                node = scene.AddNewNodeByClass(kind, scene.GenerateUniqueName(name))
+                self._made.append(node)
+                setattr(parameters, field, node)
+        parameters.EndModify(was)
+        fill_similarity_table(parameters.outputSimilarity, [])
+        set_plot(parameters.outputPlot, parameters.outputSeries, parameters.outputSimilarity)
+
+    def _remove_curve(self) -> None:
+        for node in self._made:
+            if node.GetScene() is not None:
+                slicer.mrmlScene.RemoveNode(node)
+        self._made.clear()
+
+    def _show_button(self) -> None:
+        """The button's text says what it does, or what is missing."""
+        button, run = self._ui.registerButton, self._run
+        if run is not None:
+            cancelling = run.cancelling
+            button.text = _("Cancelling...") if cancelling else _("Cancel")
+            button.enabled = not cancelling
+            button.setToolTip(_("Stop the registration; nothing is changed."))
+            return
+        missing = self._logic.missingInput(self._parameters) if self._parameters is not None else ""
+        button.enabled = self._parameters is not None and not missing
+        button.text = missing or _("Register")
+        button.setToolTip(missing or _("Align the CT to the X-rays."))
+
+    def _options_edited(self, *_ignored: Any) -> None:
+        """Store the advanced options; what is as usual is left out."""
+        if self._showing or self._parameters is None:
+            return
+        ui = self._ui
+        options = json.loads(self._parameters.options or "{}")
+        for key, value, usual in (
+            ("refine_cameras", bool(ui.refineCameras.checked), True),
+            ("uncertainty", bool(ui.uncertainty.checked), True),
+            ("threads", int(ui.threads.value), 0),
+            ("seed", int(ui.seed.value), 0),
+        ):
+            options.pop(key, None)
+            if value != usual:
+                options[key] = value
+        self._parameters.options = json.dumps(options)
+
+    def _say(self, text: str) -> None:
+        self._ui.messageLabel.text = text

@@ -1,0 +1,394 @@
+"""The panel's Review section: the layout, before and after, X-ray against rendering, maps and the report."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import qt
+from slicer.i18n import tr as _
+
+from PolyPoseLib.errors import PolyPoseError
+
+from ..process.renderer import Renderer
+from ..scene import deformation, layouts
+from ..scene.compare import Mode, compared
+from ..study.parameters import PolyPoseParameterNode, outputs_of, store_outputs, structures_of
+from ..study.result_origin import made_from
+from ..study.xray_reading import XrayReport
+from .motions import MotionsPart, motion_header
+from .pictures import Pictures, pictures_of_inputs, pictures_of_result
+from .posture import show_only_bones, show_posture
+from .report_page import ReportPage
+
+FLICKER_MS = 400
+RESIZED_MS = 100
+"""New views get their final size about this long after the layout has changed."""
+
+_OVERLAY_OPACITY = 0.55
+
+
+class ReviewPart:
+    """Looks at the inputs before, and at the result after a registration."""
+
+    def __init__(
+        self,
+        ui: Any,
+        logic: Any,
+        renderer: Renderer,
+        reports: Callable[[], list[XrayReport]],
+        reference: Callable[[], np.ndarray],
+    ) -> None:
+        """reports: of the X-rays in the table. reference: a point of the patient, (3,) LPS mm."""
+        self._ui, self._logic, self._renderer = ui, logic, renderer
+        self._reports, self._reference = reports, reference
+        self._parameters: PolyPoseParameterNode | None = None
+        self._shown: Any = None
+        self._after = False
+        self._setting = False
+        self._report_png: bytes | None = None
+        self.pictures = Pictures()
+        self.motions = MotionsPart(ui)
+        self._flicker = qt.QTimer()
+        self._flicker.interval = FLICKER_MS
+        self._flicker.connect("timeout()", self.pictures.flicker)
+        self._aimed_at: list[tuple[int, int] | None] = []
+        self._resized = qt.QTimer()
+        self._resized.setSingleShot(True)
+        self._resized.interval = RESIZED_MS
+        self._resized.connect("timeout()", self._aim_again)
+        ui.showBefore.checked = True
+        ui.layoutButton.connect("clicked()", self.show_layout)
+        ui.loadResultButton.connect("clicked()", self._ask_result)
+        ui.showAfter.connect("toggled(bool)", self.set_after)
+        ui.bonesOnly.connect("toggled(bool)", self._bones_only)
+        ui.compareView.connect("currentIndexChanged(int)", self._view_chosen)
+        ui.compareMode.connect("currentIndexChanged(int)", self._compare)
+        ui.compareAmount.connect("valueChanged(double)", self._compare)
+        ui.fromDetector.connect("toggled(bool)", self._turn)
+        ui.showGrid.connect("toggled(bool)", self._grid_toggled)
+        ui.showGlyphs.connect("toggled(bool)", self._glyphs_toggled)
+        ui.showJacobian.connect("toggled(bool)", self._jacobian_toggled)
+        ui.weightStructure.connect("currentIndexChanged(int)", self._weight_chosen)
+        ui.saveReport.connect("clicked()", self._ask_report)
+
+    def show(self, parameters: PolyPoseParameterNode | None) -> None:
+        """Another parameter node, or the same that changed."""
+        self._parameters = parameters
+        self.motions.show(parameters)
+        ui = self._ui
+        result = parameters is not None and parameters.outputTransform is not None
+        for name in ("showAfter", "showGrid", "showGlyphs", "showJacobian", "saveReport"):
+            getattr(ui, name).enabled = result
+        ui.reviewState.text = self._state_text(result)
+        self.follow_cameras()
+        names = ["", *(structures_of(parameters) if parameters is not None else [])]
+        if [ui.weightStructure.itemText(n) for n in range(1, ui.weightStructure.count)] != names[1:]:
+            self._setting = True
+            ui.weightStructure.clear()
+            ui.weightStructure.addItem(_("nothing"))
+            for name in names[1:]:
+                ui.weightStructure.addItem(name)
+            self._setting = False
+
+    def result_came(self, nodes: Any) -> None:
+        """A registration has ended: show what it found."""
+        self._report_png = nodes.report
+        self._ui.showAfter.checked = True
+        self.show_layout()
+
+    def refresh_pictures(self, force: bool = False) -> None:
+        """Make the views' pictures from the result, or from the table while there is none."""
+        if self._parameters is None:
+            return
+        outputs, reports = outputs_of(self._parameters), self._reports()
+        state = ([id(each) for each in outputs.cameras], [id(each) for each in reports])
+        if state == self._shown and not force:
+            return
+        self._shown = state
+        items = pictures_of_result(outputs, reports)
+        if not items and self._parameters.ct is not None:
+            items = pictures_of_inputs(reports, self._reference())
+        self.pictures.set(items)
+        if items:
+            self._set_checked(self._ui.fromDetector, items[0].mirrored)
+            self.pictures.from_detector = items[0].mirrored
+        self._setting = True
+        view = self._ui.compareView
+        view.clear()
+        view.addItem(_("all"))
+        for picture in items:
+            view.addItem(picture.name)
+        self._setting = False
+        self._view_chosen()
+        self.pictures.before = not self._after
+        self.pictures.draw()
+
+    def follow_cameras(self) -> None:
+        """Put the pictures of the table's X-rays where their cameras are now; those of a result stay."""
+        if self._parameters is None or not self.pictures.items or outputs_of(self._parameters).cameras:
+            return
+        moved = self.pictures.move_to(pictures_of_inputs(self._reports(), self._reference()))
+        if moved and not self._after and not self._ui.carmLive.checked:
+            self._render_before()
+
+    def show_layout(self) -> None:
+        """Bring up PolyPose's layout with all pictures and C-arms."""
+        self.refresh_pictures(force=True)
+        if not layouts.show(len(self.pictures.items)):
+            self._ui.reviewState.text = _("There is no window with views.")
+        self.pictures.draw_carms()
+        self.pictures.aim()
+        self._aimed_at = self.pictures.view_sizes()
+        self._resized.start()
+        if self._parameters is not None:
+            layouts.show_plot(self._parameters.outputPlot)
+        self._show_slices()
+        self._run_flicker()
+        if not self._after:
+            self._render_before()
+
+    def _aim_again(self) -> None:
+        """Once the views have their final size, unless the panel was left meanwhile."""
+        if self._parameters is not None and layouts.shown() and self.pictures.view_sizes() != self._aimed_at:
+            self.pictures.aim()
+
+    def set_after(self, after: bool) -> None:
+        """Show the posture of the X-rays, or that of the CT."""
+        self._after = bool(after)
+        self._ui.showBefore.checked = not after
+        self._show_slices()
+        self.pictures.before = not self._after
+        self.pictures.draw()
+        if not self._after:
+            self._render_before()
+
+    def load_result(self, folder: str) -> None:
+        """Open the folder of an earlier registration in place of the result that is shown."""
+        parameters = self._parameters
+        try:
+            bones = parameters.segmentation if made_from(folder, parameters.segmentation) else None
+            nodes = self._logic.loadResult(folder, parameters.ct, bones)
+        except PolyPoseError as error:
+            self._ui.reviewState.text = str(error)
+            return
+        store_outputs(parameters, nodes)
+        self.result_came(nodes)
+
+    def report_page(self) -> ReportPage:
+        """The result as a page."""
+        parameters = self._parameters
+        outputs = outputs_of(parameters)
+        self.refresh_pictures()
+        facts = [
+            (_("CT"), parameters.ct.GetName() if parameters.ct is not None else "-"),
+            (_("Structures"), ", ".join(structures_of(parameters)) or "-"),
+            (_("Anchor"), parameters.anchor or "-"),
+            (_("Preset"), parameters.preset.label()),
+            (_("Computed on"), outputs.device or "-"),
+            (_("Seconds"), f"{sum(outputs.seconds.values()):.0f}"),
+        ]
+        for node in outputs.cameras:
+            stored = json.loads(node.GetAttribute("PolyPose.Camera") or "{}")
+            similarity = stored.get("similarity")
+            facts.append(
+                (node.GetName(), "-" if similarity is None else _("similarity {n:.4f}").format(n=similarity))
+            )
+        pictures = []
+        for picture in self.pictures.items:
+            for mode, title in (
+                (Mode.XRAY, _("X-ray")),
+                (Mode.RENDERING, _("rendering")),
+                (Mode.EDGES, _("edges")),
+            ):
+                rgb = compared(picture.xray, picture.rendering, mode, 0.5)
+                rgb = rgb[:, ::-1] if self.pictures.from_detector else rgb
+                pictures.append((f"{picture.name}: {title}", rgb))
+        table = [line.split("\t") for line in self.motions.text().splitlines()[1:]]
+        return ReportPage(
+            facts, motion_header(self.motions.relative_to), table, pictures,
+            outputs.warnings, outputs.distrust, self._report_png,
+        )  # fmt: skip
+
+    def save_report(self, path: str) -> None:
+        """Write the report; says so when that fails."""
+        try:
+            Path(path).write_text(self.report_page().html(), encoding="utf-8")
+        except OSError as error:
+            self._ui.reviewState.text = _(
+                "{path} cannot be written ({reason}): choose another folder."
+            ).format(path=path, reason=error.strerror)
+
+    def close(self) -> None:
+        """Stop the timers and take the pictures out of the scene."""
+        self.pause()
+        self._shown = None
+        self._report_png = None
+        self.pictures.clear()
+
+    def pause(self) -> None:
+        """The module is left: nothing moves any more."""
+        self._flicker.stop()
+        self._resized.stop()
+
+    def _state_text(self, result: bool) -> str:
+        if not result:
+            return _("No result yet: register, or load the folder of an earlier registration.")
+        outputs = outputs_of(self._parameters)
+        lines = [_("DO NOT TRUST THIS RESULT: {why}").format(why=each) for each in outputs.distrust]
+        lines += [_("Remark: {text}").format(text=each) for each in outputs.warnings]
+        return "\n".join(lines) or _("The registration found nothing that speaks against its result.")
+
+    def _show_slices(self) -> None:
+        if self._parameters is not None:
+            show_posture(self._parameters, self._after)
+            if self._ui.bonesOnly.checked:
+                show_only_bones(self._parameters, True)
+
+    def _bones_only(self, only: bool) -> None:
+        if self._parameters is not None:
+            show_only_bones(self._parameters, bool(only))
+
+    def _render_before(self, number: int = 0) -> None:
+        """Render the CT as it was scanned through the final cameras, one view after another."""
+        ct = self._parameters.ct if self._parameters is not None else None
+        if ct is None or self._after or number >= len(self.pictures.items):
+            return
+        picture = self.pictures.items[number]
+        if picture.before is not None:
+            self._render_before(number + 1)
+            return
+        camera = picture.camera
+        try:
+            from PolyPoseLib.geometry.camera import Camera
+
+            small = Camera(camera.intrinsics, camera.extrinsic, camera.height, camera.width)
+            small = small.binned(max(1, max(camera.height, camera.width) // 300))
+        except PolyPoseError as error:
+            self._ui.reviewState.text = str(error)
+            return
+
+        def done(image: np.ndarray, _seconds: float) -> None:
+            picture.before = image
+            if number < len(self.pictures.items) and self.pictures.items[number] is picture:
+                self.pictures.draw(number)
+                self._render_before(number + 1)
+
+        self._renderer.ask(ct, (small.intrinsics, small.extrinsic, small.height, small.width), done)
+
+    def _view_chosen(self, *_ignored: Any) -> None:
+        """Show how the chosen view is compared."""
+        if self._setting:
+            return
+        number = max(self._ui.compareView.currentIndex - 1, 0)
+        if number < len(self.pictures.items):
+            self._setting = True
+            self._ui.compareMode.currentIndex = self.pictures.mode[number].value
+            self._ui.compareAmount.setValue(100 * self.pictures.amount[number])
+            self._setting = False
+
+    def _compare(self, *_ignored: Any) -> None:
+        """Compare the chosen view, or all, in the chosen way."""
+        if self._setting:
+            return
+        chosen = self._ui.compareView.currentIndex - 1
+        numbers = range(len(self.pictures.items)) if chosen < 0 else [chosen]
+        for number in numbers:
+            self.pictures.mode[number] = Mode(self._ui.compareMode.currentIndex)
+            self.pictures.amount[number] = self._ui.compareAmount.value / 100
+            self.pictures.draw(number)
+        self._run_flicker()
+
+    def _run_flicker(self) -> None:
+        if self.pictures.flickers:
+            self._flicker.start()
+        else:
+            self._flicker.stop()
+
+    def _turn(self, from_detector: bool) -> None:
+        self.pictures.from_detector = bool(from_detector)
+        self.pictures.aim()
+
+    def _grid_toggled(self, on: bool) -> None:
+        if on:
+            self._set_checked(self._ui.showGlyphs, False)
+        self._show_transform()
+
+    def _glyphs_toggled(self, on: bool) -> None:
+        if on:
+            self._set_checked(self._ui.showGrid, False)
+        self._show_transform()
+
+    def _show_transform(self) -> None:
+        ui, transform = self._ui, self._parameters.outputTransform if self._parameters is not None else None
+        if transform is not None:
+            what = "grid" if ui.showGrid.checked else "glyphs" if ui.showGlyphs.checked else ""
+            deformation.show_transform(transform, self._parameters.outputVolume, what)
+
+    def _jacobian_toggled(self, on: bool) -> None:
+        if not on or self._parameters is None:
+            self._ui.jacobianText.text = ""
+            self._overlay(None)
+            return
+        try:
+            change = deformation.volume_change(self._parameters.outputTransform)
+        except PolyPoseError as error:
+            self._ui.jacobianText.text = str(error)
+            return
+        self._ui.jacobianText.text = change.text
+        self._setting = True
+        self._ui.weightStructure.currentIndex = 0
+        self._setting = False
+        self._overlay(deformation.show_volume_change(change))
+
+    def _weight_chosen(self, index: int) -> None:
+        if self._setting or self._parameters is None:
+            return
+        if index <= 0:
+            self._overlay(None)
+            return
+        self._set_checked(self._ui.showJacobian, False)
+        name = self._ui.weightStructure.itemText(index)
+        options = json.loads(self._parameters.options or "{}")
+        usual = "mass" if self._parameters.preset.value == "paper" else "rigid"
+        try:
+            values, affine = deformation.structure_weight(
+                self._parameters.segmentation,
+                structures_of(self._parameters),
+                name,
+                options.get("weights") or usual,
+                options.get("epsilon") or 0.1,
+            )
+        except PolyPoseError as error:
+            self._ui.jacobianText.text = str(error)
+            return
+        self._ui.jacobianText.text = _(
+            "Black: the motion of '{name}' does not count; yellow: it alone counts."
+        ).format(name=name)
+        self._overlay(deformation.show_weight(values, affine, name))
+
+    def _overlay(self, volume: Any) -> None:
+        """Lay a map over the slices, or take it away."""
+        for composite in layouts.anatomy_views():
+            composite.SetForegroundVolumeID(volume.GetID() if volume is not None else None)
+            composite.SetForegroundOpacity(_OVERLAY_OPACITY if volume is not None else 0.0)
+
+    def _set_checked(self, box: Any, checked: bool) -> None:
+        blocked = box.blockSignals(True)
+        box.checked = checked
+        box.blockSignals(blocked)
+
+    def _ask_result(self) -> None:
+        window = self._ui.reviewSection.window()
+        folder = qt.QFileDialog.getExistingDirectory(window, _("Load the folder of a registration"))
+        if folder and self._parameters is not None:
+            self.load_result(str(folder))
+
+    def _ask_report(self) -> None:
+        window = self._ui.reviewSection.window()
+        path = qt.QFileDialog.getSaveFileName(window, _("Save report"), "report.html", _("Pages (*.html)"))
+        if path:
+            self.save_report(str(path))

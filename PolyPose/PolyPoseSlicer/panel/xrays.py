@@ -1,0 +1,215 @@
+"""The panel's table of X-rays: one row each, with where its geometry comes from and how sure it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import qt
+from slicer.i18n import tr as _
+
+from PolyPoseLib.errors import PolyPoseError
+
+from ..study.camera_source import Way
+from ..study.parameters import PolyPoseParameterNode, store_xray_sources, xray_sources
+from ..study.xray_reading import GEOMETRY_FIELDS, XrayReader, XrayReport, geometry_from_file
+from ..study.xray_source import XraySource
+from .xray_details import XrayDetails
+
+_ENDINGS = "*.dcm *.ima *.nrrd *.nhdr *.nii *.nii.gz *.mha *.mhd *.png *.tif *.tiff"
+
+_ROW_HEIGHT = 24
+
+DOUBT_COLOR = "#b35900"
+"""Of what somebody has to look at; readable on light and on dark ground."""
+
+_TOLD = ("source_to_detector_mm", "pixel_spacing_mm", "angles", "extrinsic")
+
+
+def summary(report: XrayReport) -> list[str]:
+    """What matters of the details: what is wrong, else the remarks and where the geometry comes from."""
+    if report.xray is None:
+        return list(report.details)
+    remarks = list(report.details[: len(report.xray.warnings)])
+    return remarks + [line for line in report.xray.provenance if line.startswith(_TOLD)]
+
+
+class XraysPart:
+    """Shows and edits the X-rays of the parameter node.
+
+    selected: called whenever another X-ray is selected or the selected one changes.
+    """
+
+    def __init__(self, ui: Any, selected: Callable[[], None]) -> None:
+        """Prepare the table of the loaded form."""
+        self._ui = ui
+        self._selected = selected
+        self._parameters: PolyPoseParameterNode | None = None
+        self._sources: list[XraySource] = []
+        self._shown: list[tuple[tuple[str, ...], bool]] = []
+        self._was_selected: tuple | None = None
+        self.reader = XrayReader()
+        self._details = XrayDetails(ui, self._replace)
+        table = ui.xraysTable
+        table.columnCount = 4
+        table.setHorizontalHeaderLabels([_("X-ray"), _("Geometry from"), _("Camera"), _("State")])
+        table.verticalHeader().setVisible(False)
+        table.verticalHeader().setDefaultSectionSize(_ROW_HEIGHT)
+        table.setEditTriggers(qt.QAbstractItemView.NoEditTriggers)
+        header = table.horizontalHeader()
+        header.setSectionResizeMode(qt.QHeaderView.ResizeToContents)
+        header.setStretchLastSection(True)
+        table.connect("itemSelectionChanged()", self._select)
+        ui.xraySelector.connect("currentNodeChanged(vtkMRMLNode*)", self._enable)
+        ui.addXrayButton.connect("clicked()", self.add_node)
+        ui.addFilesButton.connect("clicked()", self._ask_files)
+        ui.removeXrayButton.connect("clicked()", self.remove)
+        ui.geometryFileButton.connect("clicked()", self._ask_geometry)
+        ui.clearGeometryButton.connect("clicked()", self.clear_geometry)
+
+    @property
+    def number(self) -> int:
+        """The selected row, -1 when none is."""
+        row = self._ui.xraysTable.currentRow()
+        return row if 0 <= row < len(self._sources) else -1
+
+    @property
+    def source(self) -> XraySource | None:
+        """The selected X-ray."""
+        return self._sources[self.number] if self.number >= 0 else None
+
+    @property
+    def sources(self) -> list[XraySource]:
+        """All X-rays of the table."""
+        return list(self._sources)
+
+    def report(self) -> XrayReport | None:
+        """What is known of the selected X-ray."""
+        return None if self.source is None else self.reader.report(self.source)
+
+    def show(self, parameters: PolyPoseParameterNode | None) -> None:
+        """Show what the parameter node says now."""
+        self._parameters = parameters
+        self._sources = xray_sources(parameters) if parameters is not None else []
+        reports = [self.reader.report(source) for source in self._sources]
+        lines = [
+            ((source.name, report.geometry, report.camera, report.state), report.doubtful)
+            for source, report in zip(self._sources, reports, strict=True)
+        ]
+        if lines != self._shown:
+            self._shown = lines
+            self._fill(lines)
+        self._select()
+
+    def add_node(self) -> None:
+        """Add the chosen node; a sequence gives its first frame."""
+        node = self._ui.xraySelector.currentNode()
+        if node is not None and self._parameters is not None:
+            self._add([XraySource(node, frame=0 if node.IsA("vtkMRMLSequenceNode") else None)])
+            self._ui.xraySelector.setCurrentNode(None)
+
+    def add_files(self, paths: list[str]) -> None:
+        """Add one X-ray a file."""
+        if self._parameters is not None and paths:
+            self._add([XraySource(path=str(path)) for path in paths])
+
+    def remove(self) -> None:
+        """Take the selected X-ray out of the table."""
+        if self.number >= 0:
+            kept = [each for row, each in enumerate(self._sources) if row != self.number]
+            store_xray_sources(self._parameters, kept)
+
+    def read_geometry(self, path: str) -> None:
+        """Take the selected X-ray's geometry from a file, in place of what was typed."""
+        if self.source is None or not path:
+            return
+        try:
+            fields = geometry_from_file(path, self.source, self.number)
+        except PolyPoseError as error:
+            self._ui.xrayState.text = str(error)
+            return
+        kept = {key: value for key, value in self.source.fields.items() if key not in GEOMETRY_FIELDS}
+        self._replace(_without_way(self.source, {**kept, **fields}))
+
+    def clear_geometry(self) -> None:
+        """Forget all that was typed or read about the selected X-ray's geometry."""
+        if self.source is not None:
+            kept = {key: value for key, value in self.source.fields.items() if key not in GEOMETRY_FIELDS}
+            self._replace(_without_way(self.source, kept))
+
+    def set_guess(self, transform: Any, fields: dict[str, Any]) -> None:
+        """Start the selected X-ray's camera from a transform that was placed by hand, with these fields."""
+        fields = {**self.source.fields, **fields, "camera": "initial"}
+        self._replace(
+            replace(self.source, fields=fields, camera_transform=transform, way=Way.CARM, found=None)
+        )
+
+    def change(self, changed: Mapping[int, XraySource]) -> None:
+        """Store changed versions of X-rays by their rows, and read again those whose nodes have changed."""
+        sources = [changed.get(row, each) for row, each in enumerate(self._sources)]
+        if sources != self._sources:
+            store_xray_sources(self._parameters, sources)
+        self.show(self._parameters)
+
+    def _add(self, sources: list[XraySource]) -> None:
+        store_xray_sources(self._parameters, [*self._sources, *sources])
+        self._ui.xraysTable.selectRow(len(self._sources) - 1)
+
+    def _replace(self, source: XraySource) -> None:
+        """Store a changed version of the selected X-ray."""
+        if self.number >= 0 and source != self.source:
+            changed = list(self._sources)
+            changed[self.number] = source
+            store_xray_sources(self._parameters, changed)
+
+    def _fill(self, lines: list[tuple[tuple[str, ...], bool]]) -> None:
+        table = self._ui.xraysTable
+        row = table.currentRow()
+        blocked = table.blockSignals(True)
+        table.rowCount = len(lines)
+        for number, (line, doubtful) in enumerate(lines):
+            for column, text in enumerate(line):
+                item = qt.QTableWidgetItem(text)
+                item.setToolTip(text)
+                if doubtful:
+                    item.setForeground(qt.QBrush(qt.QColor(DOUBT_COLOR)))
+                table.setItem(number, column, item)
+        if lines:
+            table.selectRow(min(max(row, 0), len(lines) - 1))
+        table.blockSignals(blocked)
+
+    def _select(self) -> None:
+        """Show the selected X-ray below the table."""
+        source, report = self.source, self.report()
+        self._ui.removeXrayButton.enabled = source is not None
+        self._ui.xrayDetails.enabled = source is not None
+        self._details.show(source, report)
+        if report is None:
+            self._ui.xrayState.text = _("Add two or more X-rays from different directions.")
+        else:
+            self._ui.xrayState.text = "\n".join(summary(report))
+            self._ui.xrayState.setToolTip("\n".join(report.details))
+        now = (self.number, source, report)
+        if now != self._was_selected:
+            self._was_selected = now
+            self._selected()
+
+    def _enable(self, node: Any = None) -> None:
+        self._ui.addXrayButton.enabled = self._ui.xraySelector.currentNode() is not None
+
+    def _ask_files(self) -> None:
+        window = self._ui.xraysTable.window()
+        kinds = f"{_('X-rays')} ({_ENDINGS});;{_('All files')} (*)"
+        self.add_files(list(qt.QFileDialog.getOpenFileNames(window, _("Add X-rays"), "", kinds)))
+
+    def _ask_geometry(self) -> None:
+        window = self._ui.xraysTable.window()
+        self.read_geometry(
+            qt.QFileDialog.getOpenFileName(window, _("Read geometry"), "", _("Study files (*.json)"))
+        )
+
+
+def _without_way(source: XraySource, fields: Mapping[str, Any]) -> XraySource:
+    """An X-ray with other fields, that takes whatever camera they give; picked points stay."""
+    return replace(source, fields=fields, camera_transform=None, way=Way.AUTO, found=None)

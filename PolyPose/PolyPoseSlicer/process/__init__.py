@@ -1,0 +1,1 @@
+"""Child processes: registration, camera search, live rendering."""

@@ -1,0 +1,1 @@
+"""MRML: nodes, frames, views and layouts."""

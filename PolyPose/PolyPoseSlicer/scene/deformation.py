@@ -1,0 +1,246 @@
+"""What the deformation looks like: Slicer's own grid and arrows, the volume change, a structure's weight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import slicer
+import vtk
+from slicer.i18n import tr as _
+from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
+from PolyPoseLib.errors import InputError
+
+from .frames import flip_affine, flip_vectors, from_vtk, to_vtk
+from .nodes import Grid, read_layers, region_on
+
+MAP_ATTRIBUTE = "PolyPose.Map"
+"""Attribute of the volumes that are drawn here: "volume change" or "weight"."""
+
+_CHANGE_RANGE = (0.0, 2.0)
+_FOLD_COLOR = (1.0, 0.0, 1.0)
+_GRID_SPACING_MM = 15.0
+WEIGHT_SPACING_MM = 4.0
+_RIGID_DELTA_MM = 1e-4
+
+
+def show_transform(
+    node: slicer.vtkMRMLTransformNode, region: slicer.vtkMRMLVolumeNode | None, what: str
+) -> None:
+    """Show a transform as "grid" or "glyphs" in slices and 3D, or hide it ("")."""
+    if node.GetDisplayNode() is None:
+        if not what:
+            return
+        node.CreateDefaultDisplayNodes()
+    display = node.GetDisplayNode()
+    was = display.StartModify()
+    if region is not None:
+        display.SetAndObserveRegionNode(region)
+        display.SetAndObserveGlyphPointsNode(None)
+    grid = slicer.vtkMRMLTransformDisplayNode.VIS_MODE_GRID
+    glyph = slicer.vtkMRMLTransformDisplayNode.VIS_MODE_GLYPH
+    display.SetVisualizationMode(grid if what == "grid" else glyph)
+    display.SetGridSpacingMm(_GRID_SPACING_MM)
+    display.SetGlyphSpacingMm(_GRID_SPACING_MM)
+    display.SetGlyphDisplayRangeMinMm(0.5)
+    display.SetVisibility(bool(what))
+    display.SetVisibility2D(bool(what))
+    display.SetVisibility3D(bool(what))
+    display.EndModify(was)
+
+
+@dataclass(frozen=True)
+class VolumeChange:
+    """Jacobian determinants of the map from the X-rays' posture to the CT.
+
+    values: (k, j, i), 1 where volume is kept; affine: (4, 4) index to RAS; folds: share of voxels <= 0.
+    """
+
+    values: np.ndarray
+    affine: np.ndarray
+    folds: float
+
+    @property
+    def text(self) -> str:
+        """One sentence about it."""
+        low, high = np.percentile(self.values, (0.5, 99.5))
+        spread = _("Volume changes by a factor of {low:.2f} to {high:.2f} (99 % of the grid).").format(
+            low=low, high=high
+        )
+        if not self.folds:
+            return _("No folds.") + " " + spread
+        folds = _("{share:.2f} % of the grid folds (magenta): do not trust the soft tissue there.").format(
+            share=100 * self.folds
+        )
+        return folds + " " + spread
+
+
+def volume_change(node: slicer.vtkMRMLTransformNode) -> VolumeChange:
+    """The Jacobian map of a grid transform node; raises InputError when it holds no grid."""
+    from PolyPoseLib.data.displacement_field import DisplacementField
+    from PolyPoseLib.warp.dense import jacobian_determinant
+
+    transform = node.GetTransformFromParentAs("vtkOrientedGridTransform", False, True)
+    if transform is None or transform.GetDisplacementGrid() is None:
+        raise InputError(
+            _("'{node}' holds no displacement grid: register first, or load a result.").format(
+                node=node.GetName()
+            )
+        )
+    grid = transform.GetDisplacementGrid()
+    shape = grid.GetDimensions()[::-1]
+    vectors = vtk_to_numpy(grid.GetPointData().GetScalars()).reshape(*shape, 3)
+    direction = transform.GetGridDirectionMatrix()
+    affine = np.eye(4) if direction is None else from_vtk(direction)
+    affine[:3, :3] = affine[:3, :3] * np.array(grid.GetSpacing())
+    affine[:3, 3] = grid.GetOrigin()
+    field = DisplacementField(
+        np.ascontiguousarray(flip_vectors(vectors), dtype=np.float32), flip_affine(affine)
+    )
+    values = np.asarray(jacobian_determinant(field), np.float32)
+    return VolumeChange(values, affine, float(np.mean(values <= 0)))
+
+
+def show_volume_change(change: VolumeChange) -> slicer.vtkMRMLScalarVolumeNode:
+    """Draw the map as a volume: blue shrinks, white stays, red grows, magenta folds."""
+    node = _map_node("volume change", _("PolyPose volume change"))
+    _fill(node, change.values, change.affine)
+    step = (_CHANGE_RANGE[1] - _CHANGE_RANGE[0]) / 255
+    _set_colors(node, _("PolyPose volume change colours"), _diverging(), (-step, _CHANGE_RANGE[1]))
+    return node
+
+
+def structure_weight(
+    segmentation: slicer.vtkMRMLSegmentationNode,
+    structures: dict[str, list[str]],
+    name: str,
+    form: str = "rigid",
+    epsilon: float = 0.1,
+) -> tuple[np.ndarray, np.ndarray]:
+    """How much a structure's motion counts at every point of the CT: (k, j, i) from 0 to 1, index to RAS (4, 4).
+
+    form: as in PolyPoseLib.data.options. At rest, on a grid of about 4 mm. Raises InputError for an unknown name.
+    """
+    if name not in structures:
+        raise InputError(_("There is no structure '{name}': choose one of the table.").format(name=name))
+    layers = read_layers(segmentation, [each for ids in structures.values() for each in ids])
+    grid = _coarse_grid([layer.voxels.grid for layer in layers])
+    owner = np.zeros(grid.shape, np.int16)
+    for number, ids in enumerate(structures.values(), start=1):
+        for layer in layers:
+            labels = [layer.labels[each] for each in ids if each in layer.labels]
+            if labels:
+                region, values = region_on(layer.voxels, grid)
+                np.copyto(owner[region], np.int16(number), where=np.isin(values, labels))
+    share = np.bincount(owner.ravel(), minlength=len(structures) + 1)[1:].astype(np.float64)
+    share /= max(share.sum(), 1)
+    total, mine = np.zeros(grid.shape, np.float64), None
+    for number, structure in enumerate(structures, start=1):
+        squared = _distance(owner == number, grid.spacing) ** 2
+        weight = _weight(squared, share[number - 1], form, epsilon)
+        total += weight
+        mine = weight if structure == name else mine
+    return (mine / np.maximum(total, 1e-30)).astype(np.float32), flip_affine(grid.affine)
+
+
+def show_weight(values: np.ndarray, affine: np.ndarray, name: str) -> slicer.vtkMRMLScalarVolumeNode:
+    """Draw a weight field as a volume."""
+    node = _map_node("weight", _("PolyPose weight"))
+    node.SetName(_("PolyPose weight of {name}").format(name=name))
+    _fill(node, values, affine)
+    _set_colors(node, _("PolyPose weight colours"), _warm(), (0.0, 1.0))
+    return node
+
+
+def remove_maps() -> None:
+    """Take the maps out of the scene."""
+    for node in slicer.util.getNodesByClass("vtkMRMLScalarVolumeNode"):
+        if node.GetAttribute(MAP_ATTRIBUTE):
+            slicer.mrmlScene.RemoveNode(node)
+
+
+def _weight(squared: np.ndarray, share: float, form: str, epsilon: float) -> np.ndarray:
+    if form == "mass":
+        return share / (1 + squared)
+    if form == "epsilon":
+        return 1 / (1 + epsilon * squared)
+    return share / (_RIGID_DELTA_MM**2 + squared)
+
+
+def _coarse_grid(grids: list[Grid]) -> Grid:
+    """The first grid in steps of about 4 mm."""
+    grid = grids[0]
+    factors = np.maximum(np.round(WEIGHT_SPACING_MM / grid.spacing), 1)
+    affine = grid.affine @ np.diag([*factors, 1.0])
+    shape = tuple(int(-(-size // factor)) for size, factor in zip(grid.shape, factors[::-1], strict=True))
+    return Grid(affine, shape)
+
+
+def _distance(mask: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """Distance in mm to the mask, 0 inside; far away when it is empty."""
+    import SimpleITK as sitk
+
+    if not mask.any():
+        return np.full(mask.shape, 1e6)
+    image = sitk.GetImageFromArray(mask.astype(np.uint8))
+    image.SetSpacing(spacing.tolist())
+    distance = sitk.SignedMaurerDistanceMap(image, False, False, True)
+    return np.maximum(sitk.GetArrayFromImage(distance), 0)
+
+
+def _map_node(kind: str, name: str) -> slicer.vtkMRMLScalarVolumeNode:
+    for node in slicer.util.getNodesByClass("vtkMRMLScalarVolumeNode"):
+        if node.GetAttribute(MAP_ATTRIBUTE) == kind:
+            return node
+    node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLScalarVolumeNode", name)
+    node.SetAttribute(MAP_ATTRIBUTE, kind)
+    return node
+
+
+def _fill(node: slicer.vtkMRMLScalarVolumeNode, values: np.ndarray, affine: np.ndarray) -> None:
+    image = vtk.vtkImageData()
+    image.SetDimensions(*map(int, values.shape[::-1]))
+    scalars = numpy_to_vtk(np.ascontiguousarray(values, np.float32).reshape(-1), deep=True)
+    image.GetPointData().SetScalars(scalars)
+    node.SetIJKToRASMatrix(to_vtk(affine))
+    node.SetAndObserveImageData(image)
+
+
+def _set_colors(
+    node: slicer.vtkMRMLScalarVolumeNode, name: str, colors: np.ndarray, limits: tuple[float, float]
+) -> None:
+    """Give a volume a colour table of its own over fixed limits."""
+    table = slicer.mrmlScene.GetFirstNodeByName(name)
+    if table is None:
+        table = slicer.mrmlScene.CreateNodeByClass("vtkMRMLColorTableNode")
+        table.UnRegister(None)
+        table.SetName(name)
+        table.SetTypeToUser()
+        table.SetNumberOfColors(len(colors))
+        for index, color in enumerate(colors):
+            table.SetColor(index, *map(float, color), 1.0)
+        table.SetHideFromEditors(True)
+        table = slicer.mrmlScene.AddNode(table)
+    if node.GetDisplayNode() is None:
+        node.CreateDefaultDisplayNodes()
+    display = node.GetDisplayNode()
+    display.SetAndObserveColorNodeID(table.GetID())
+    display.SetAutoWindowLevel(False)
+    display.SetWindowLevelMinMax(*limits)
+    display.SetInterpolate(False)
+
+
+def _diverging() -> np.ndarray:
+    """256 colours: magenta for folds, then blue over white to red."""
+    place = np.linspace(-1, 1, 255)[:, None]
+    cold, warm = np.array([0.13, 0.40, 0.85]), np.array([0.85, 0.20, 0.10])
+    end = np.where(place < 0, cold, warm)
+    colors = 1 + np.abs(place) * (end - 1)
+    return np.vstack([_FOLD_COLOR, colors])
+
+
+def _warm() -> np.ndarray:
+    """256 colours from black over orange to yellow."""
+    place = np.linspace(0, 1, 256)
+    return np.stack([np.sqrt(place), place**1.5, 0.4 * place**4], axis=-1)

@@ -1,0 +1,228 @@
+"""What the module remembers in the scene: the parameter node."""
+
+from __future__ import annotations
+
+import enum
+import json
+from collections.abc import Sequence
+from itertools import zip_longest
+
+from slicer import (
+    vtkMRMLLinearTransformNode,
+    vtkMRMLMarkupsFiducialNode,
+    vtkMRMLNode,
+    vtkMRMLPlotChartNode,
+    vtkMRMLPlotSeriesNode,
+    vtkMRMLScalarVolumeNode,
+    vtkMRMLSegmentationNode,
+    vtkMRMLTableNode,
+    vtkMRMLTransformNode,
+)
+from slicer.i18n import tr as _
+from slicer.parameterNodeWrapper import parameterNodeWrapper
+
+from .camera_finding import CameraFinding
+from .camera_source import Way
+from .results import OutputNodes
+from .xray_source import XraySource, fields_from_text
+
+
+class Preset(enum.Enum):
+    """How thorough a registration is; the values are PolyPoseLib's."""
+
+    DEFAULT = "default"
+    FAST = "fast"
+    PAPER = "paper"
+
+    def label(self) -> str:
+        """What people read."""
+        return {
+            "default": _("Default"),
+            "fast": _("Fast (a first look)"),
+            "paper": _("Paper (the published settings)"),
+        }[self.value]
+
+
+class Device(enum.Enum):
+    """Where it is computed; the values are PolyPoseLib's."""
+
+    AUTO = "auto"
+    CPU = "cpu"
+    CUDA = "cuda"
+
+    def label(self) -> str:
+        """What people read."""
+        return {"auto": _("Automatic"), "cpu": _("Processor"), "cuda": _("Graphics card (CUDA)")}[self.value]
+
+
+@parameterNodeWrapper
+class PolyPoseParameterNode:
+    """Inputs, options and outputs of the module.
+
+    structures: JSON {segment ID: structure}; segments that are not in it do not move as a bone.
+    xrayImages, xrayTexts: one entry an X-ray; see `xray_sources`. xrayCameras: its camera's transform, or None.
+    xrayCtLandmarks, xrayLandmarks: its points in the CT and in the image, or None.
+    options: JSON of the advanced options (PolyPoseLib.data.options) beside preset and device.
+    output...: None before the first registration.
+    """
+
+    ct: vtkMRMLScalarVolumeNode
+    segmentation: vtkMRMLSegmentationNode
+    structures: str = "{}"
+    anchor: str
+    xrayImages: list[vtkMRMLNode]
+    xrayTexts: list[str]
+    xrayCameras: list[vtkMRMLTransformNode]
+    xrayCtLandmarks: list[vtkMRMLMarkupsFiducialNode]
+    xrayLandmarks: list[vtkMRMLMarkupsFiducialNode]
+    preset: Preset = Preset.DEFAULT
+    device: Device = Device.AUTO
+    options: str = "{}"
+    livePreview: bool = True
+    outputTransform: vtkMRMLTransformNode
+    outputVolume: vtkMRMLScalarVolumeNode
+    outputSegmentation: vtkMRMLSegmentationNode
+    outputMotions: vtkMRMLTableNode
+    outputSimilarity: vtkMRMLTableNode
+    outputSeries: vtkMRMLPlotSeriesNode
+    outputPlot: vtkMRMLPlotChartNode
+    outputCameras: list[vtkMRMLLinearTransformNode]
+    outputRenderings: list[vtkMRMLScalarVolumeNode]
+    outputXrays: list[vtkMRMLScalarVolumeNode]
+    outputMessages: str = "{}"
+
+
+def structures_of(parameters: PolyPoseParameterNode) -> dict[str, list[str]]:
+    """{structure: segment IDs} of the segments that still exist."""
+    content = parameters.segmentation.GetSegmentation() if parameters.segmentation is not None else None
+    groups: dict[str, list[str]] = {}
+    for segment, structure in json.loads(parameters.structures or "{}").items():
+        if structure and content is not None and content.GetSegment(segment) is not None:
+            groups.setdefault(structure, []).append(segment)
+    return groups
+
+
+def xray_sources(parameters: PolyPoseParameterNode) -> list[XraySource]:
+    """The X-rays of the parameter node; an entry whose image was deleted is left out."""
+    sources = []
+    entries = zip(parameters.xrayImages, parameters.xrayTexts, parameters.xrayCameras, strict=True)
+    # Scenes of earlier versions have no landmarks.
+    landmarks = zip_longest(parameters.xrayCtLandmarks, parameters.xrayLandmarks)
+    for (image, text, camera), lists in zip_longest(entries, landmarks, fillvalue=(None, None)):
+        if text is None:
+            break
+        stored = fields_from_text(text)
+        path, frame = stored.pop("path", ""), stored.pop("frame", None)
+        way, found = Way.of(stored.pop("way", None)), stored.pop("found", None)
+        if image is not None or path:
+            found = CameraFinding.of(found) if found else None
+            sources.append(XraySource(image, path, frame, stored, camera, way, *lists, found))
+    return sources
+
+
+def store_xray_sources(parameters: PolyPoseParameterNode, sources: Sequence[XraySource]) -> None:
+    """Remember X-rays in the parameter node, in one change."""
+    was = parameters.StartModify()
+    parameters.xrayImages = [each.image for each in sources]
+    parameters.xrayCameras = [each.camera_transform for each in sources]
+    parameters.xrayCtLandmarks = [each.ct_landmarks for each in sources]
+    parameters.xrayLandmarks = [each.xray_landmarks for each in sources]
+    parameters.xrayTexts = [_text_of(each) for each in sources]
+    parameters.EndModify(was)
+
+
+def _text_of(source: XraySource) -> str:
+    """What the parameter node stores of an X-ray beside its nodes."""
+    more = {"path": source.path, "frame": source.frame, "way": source.way.value}
+    if source.found is not None:
+        more["found"] = source.found.stored()
+    return json.dumps({**source.fields, **more})
+
+
+def options_of(parameters: PolyPoseParameterNode) -> dict:
+    """The study's options: the advanced ones, preset and device; a camera model only where an X-ray uses it."""
+    chosen = {"preset": parameters.preset.value, "device": parameters.device.value}
+    options = {**json.loads(parameters.options or "{}"), **chosen}
+    if not any(source.way in (Way.LEARNED, Way.AUTO) for source in xray_sources(parameters)):
+        options.pop("camera_model", None)
+    return options
+
+
+def camera_model_of(parameters: PolyPoseParameterNode) -> str:
+    """Path of the camera model that was trained on the CT, empty when there is none."""
+    return str(json.loads(parameters.options or "{}").get("camera_model") or "")
+
+
+def store_camera_model(parameters: PolyPoseParameterNode, path: str) -> None:
+    """Remember the path of a camera model; an empty one forgets it."""
+    options = json.loads(parameters.options or "{}")
+    options.pop("camera_model", None)
+    if path:
+        options["camera_model"] = path
+    parameters.options = json.dumps(options)
+
+
+def outputs_of(parameters: PolyPoseParameterNode) -> OutputNodes:
+    """The output nodes of the parameter node, to be filled again or reviewed."""
+    messages = json.loads(parameters.outputMessages or "{}")
+    return OutputNodes(
+        transform=parameters.outputTransform,
+        volume=parameters.outputVolume,
+        segmentation=parameters.outputSegmentation,
+        motions=parameters.outputMotions,
+        similarity=parameters.outputSimilarity,
+        series=parameters.outputSeries,
+        plot=parameters.outputPlot,
+        cameras=[each for each in parameters.outputCameras if each is not None],
+        renderings=[each for each in parameters.outputRenderings if each is not None],
+        xrays=[each for each in parameters.outputXrays if each is not None],
+        warnings=tuple(messages.get("warnings", ())),
+        distrust=tuple(messages.get("distrust", ())),
+        seconds=messages.get("seconds", {}),
+        device=messages.get("device", ""),
+    )
+
+
+def store_outputs(parameters: PolyPoseParameterNode, nodes: OutputNodes) -> None:
+    """Remember the output nodes, in one change."""
+    was = parameters.StartModify()
+    parameters.outputTransform = nodes.transform
+    parameters.outputVolume = nodes.volume
+    parameters.outputSegmentation = nodes.segmentation
+    parameters.outputMotions = nodes.motions
+    parameters.outputSimilarity = nodes.similarity
+    parameters.outputSeries = nodes.series
+    parameters.outputPlot = nodes.plot
+    parameters.outputCameras = list(nodes.cameras)
+    parameters.outputRenderings = list(nodes.renderings)
+    parameters.outputXrays = list(nodes.xrays)
+    parameters.outputMessages = json.dumps(
+        {
+            "warnings": list(nodes.warnings),
+            "distrust": list(nodes.distrust),
+            "seconds": nodes.seconds,
+            "device": nodes.device,
+        }
+    )
+    parameters.EndModify(was)
+
+
+def missing_input(parameters: PolyPoseParameterNode) -> str:
+    """One sentence that says what is still missing before a registration can start; empty when nothing is."""
+    if parameters.ct is None:
+        return _("Choose the CT.")
+    if parameters.segmentation is None:
+        return _("Choose the segmentation of the CT's bones.")
+    structures = structures_of(parameters)
+    if not structures:
+        return _("Give at least one segment a structure, or let the structures be proposed.")
+    if parameters.anchor not in structures:
+        return _("Choose the anchor: the structure that stays where it is.")
+    sources = xray_sources(parameters)
+    if not sources:
+        return _("Add an X-ray, better two or more from different directions.")
+    rigs = [source.fields["rig"] for source in sources if source.fields.get("rig")]
+    alone = next((name for name in rigs if rigs.count(name) == 1), None)
+    if alone is not None:
+        return _('Name the rig "{name}" for another X-ray as well, or clear it.').format(name=alone)
+    return ""

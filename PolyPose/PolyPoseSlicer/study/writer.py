@@ -1,0 +1,232 @@
+"""Turns nodes into a study folder: first everything is copied from the scene, then it is written without it."""
+
+from __future__ import annotations
+
+import errno
+import json
+import logging
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import slicer
+
+from PolyPoseLib.errors import InputError
+
+from ..scene.nodes import Layer, Voxels, read_layers, read_volume, region_on
+from .xray_source import XraySource
+
+LOST_SHARE = 0.02
+"""More overlap between structures than this part of a segment's voxels is worth a warning."""
+
+UNKNOWN_SPACING = (1.0, 1.0)
+"""What Slicer gives an image whose file has no pixel spacing; it is not passed on as a fact."""
+
+
+@dataclass
+class StudyData:
+    """A study outside of the scene; nothing in it refers to a node.
+
+    structures: {structure: [segment IDs]}; segment_ids: all segments in order, number n has label n + 1.
+    layers: label maps in the segmentation's own grids.
+    xrays: (entry of the study file, pixels (H, W) or None, pixel spacing (row, column)).
+    """
+
+    ct: Voxels
+    layers: list[Layer]
+    segment_ids: list[str]
+    structures: dict[str, list[str]]
+    anchor: str
+    xrays: list[tuple[dict[str, Any], np.ndarray | None, tuple[float, float]]]
+    options: dict[str, Any]
+    labels: np.ndarray | None = None
+    overlapped: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+
+def read_study(
+    ct: slicer.vtkMRMLScalarVolumeNode,
+    segmentation: slicer.vtkMRMLSegmentationNode,
+    structures: Mapping[str, Sequence[str]],
+    xrays: Sequence[Any],
+    anchor: str,
+    options: Mapping[str, Any] | None = None,
+) -> StudyData:
+    """Copy all that a registration needs from the scene; InputError, as one sentence, says what is missing.
+
+    structures: {structure: names or IDs of segments}. xrays: XraySource, node or path each.
+    """
+    if ct is None:
+        raise InputError("No CT is chosen: choose a volume.")
+    if segmentation is None:
+        raise InputError("No segmentation is chosen: choose one of the CT's bones.")
+    if not structures:
+        raise InputError("No structure is chosen: include at least the anchor and one other bone.")
+    if anchor not in structures:
+        raise InputError(f"The anchor '{anchor}' is none of the structures: choose one of them.")
+    if not xrays:
+        raise InputError("There is no X-ray: add one, or better two from different directions.")
+    groups = {name: [segment_id(segmentation, each) for each in ids] for name, ids in structures.items()}
+    segment_ids = list(segmentation.GetSegmentation().GetSegmentIDs())
+    sources = [XraySource.of(each) for each in xrays]
+    return StudyData(
+        ct=read_volume(ct),
+        layers=read_layers(segmentation, segment_ids),
+        segment_ids=segment_ids,
+        structures=groups,
+        anchor=anchor,
+        xrays=[_read_xray(source) for source in sources],
+        options=dict(options or {}),
+    )
+
+
+def segment_id(segmentation: slicer.vtkMRMLSegmentationNode, name: str) -> str:
+    """The ID of a segment given by ID or name; raises InputError when there is none, or several."""
+    content = segmentation.GetSegmentation()
+    if content.GetSegment(name) is not None:
+        return name
+    found = [each for each in content.GetSegmentIDs() if content.GetSegment(each).GetName() == name]
+    if len(found) != 1:
+        amount = "no segment" if not found else f"{len(found)} segments"
+        raise InputError(f"The segmentation '{segmentation.GetName()}' has {amount} named '{name}'.")
+    return found[0]
+
+
+def _read_xray(source: XraySource) -> tuple[dict[str, Any], np.ndarray | None, tuple[float, float]]:
+    path, frame = source.file()
+    if path:
+        return source.entry(str(Path(path).resolve()), frame), None, UNKNOWN_SPACING
+    pixels, spacing = source.pixels()
+    return source.entry("", None), pixels, spacing
+
+
+def write_study(study: StudyData, folder: Path) -> Path:
+    """Write a study's files into a folder and return the path of STUDY.json; touches no node.
+
+    Sets study.labels. Raises OSError when the disk is full or the folder cannot be written.
+    """
+    _require_space(study, folder)
+    study.labels = merged_labels(study)
+    _write_image(study.ct, folder / "ct.nrrd")
+    _write_image(Voxels(study.labels, study.ct.grid), folder / "labels.nrrd")
+    entries = []
+    for number, (entry, pixels, spacing) in enumerate(study.xrays):
+        if pixels is not None:
+            name = f"xray_{number}.nrrd"
+            _write_pixels(pixels, spacing, folder / name)
+            entry = {**entry, "image": name}
+            if spacing != UNKNOWN_SPACING and not {"pixel_spacing_mm", "intrinsics"} & entry.keys():
+                entry["pixel_spacing_mm"] = list(spacing)
+        entries.append(entry)
+    fields = {
+        "version": 1,
+        "ct": "ct.nrrd",
+        "segmentation": "labels.nrrd",
+        "structures": {name: _numbers_left(study, name) for name in study.structures},
+        "anchor": study.anchor,
+        "xrays": entries,
+        "options": study.options,
+    }
+    path = folder / "STUDY.json"
+    path.write_text(json.dumps(fields, indent=1), encoding="utf-8")
+    return path
+
+
+def _numbers_left(study: StudyData, structure: str) -> list[int]:
+    """The labels of a structure's segments that have voxels; raises InputError when there is none."""
+    left = np.bincount(study.labels.ravel(), minlength=len(study.segment_ids) + 1)
+    numbers = [study.segment_ids.index(each) + 1 for each in study.structures[structure]]
+    numbers = [number for number in numbers if left[number]]
+    if not numbers:
+        raise InputError(
+            f"The structure '{structure}' has no voxel left inside of the CT and beside the other structures: "
+            "leave it out, or mend its segments."
+        )
+    return numbers
+
+
+def merged_labels(study: StudyData) -> np.ndarray:
+    """One label map (k, j, i) int16 on the CT's grid; number n + 1 is segment n.
+
+    Structures win over segments that do not move, the earlier over the later; study.overlapped lists the
+    segments that lost voxels, study.warnings the structures that lost many.
+    """
+    chosen = {each for ids in study.structures.values() for each in ids}
+    out = np.zeros(study.ct.grid.shape, np.int16)
+    whole = np.zeros(len(study.segment_ids) + 1, np.int64)
+    lost = np.zeros_like(whole)
+    for group in (chosen, set(study.segment_ids) - chosen):
+        for layer in study.layers:
+            region, values = region_on(layer.voxels, study.ct.grid)
+            table = np.zeros(int(values.max(initial=0)) + 1, np.int16)
+            for segment, label in layer.labels.items():
+                if segment in group and label < len(table):
+                    table[label] = study.segment_ids.index(segment) + 1
+            numbers, there = table[values], out[region]
+            whole += np.bincount(numbers.ravel(), minlength=len(whole))
+            lost += np.bincount(numbers[(numbers > 0) & (there > 0)], minlength=len(whole))
+            np.copyto(there, numbers, where=there == 0)
+    study.overlapped = [each for n, each in enumerate(study.segment_ids, start=1) if lost[n]]
+    for number, segment in enumerate(study.segment_ids, start=1):
+        if segment in chosen and lost[number] > LOST_SHARE * whole[number]:
+            study.warnings.append(
+                f"Segment '{segment}' shares {100 * lost[number] / whole[number]:.0f} % of its voxels with other "
+                "structures, which keep them: mend the segmentation where they overlap."
+            )
+    for warning in study.warnings:
+        logging.warning(warning)
+    return out
+
+
+def _require_space(study: StudyData, folder: Path) -> None:
+    """Refuse a full disk before anything is written: the study, and a result of about twice its size."""
+    needed = 3 * study.ct.values.nbytes + 2 * study.ct.values.size
+    free = shutil.disk_usage(folder).free
+    if free < needed:
+        raise OSError(
+            errno.ENOSPC,
+            f"The registration needs about {needed / 1e9:.1f} GB in {folder}, where {free / 1e9:.1f} GB are free: "
+            "free some space, or set another temporary folder in Slicer's settings.",
+        )
+
+
+def _write_image(voxels: Voxels, path: Path) -> None:
+    """Write an uncompressed NRRD file."""
+    import SimpleITK as sitk
+
+    values = voxels.values
+    if values.dtype == bool:
+        values = values.astype(np.uint8)
+    image = sitk.GetImageFromArray(values)
+    image.SetSpacing(voxels.grid.spacing.tolist())
+    image.SetDirection((voxels.grid.affine[:3, :3] / voxels.grid.spacing).ravel().tolist())
+    image.SetOrigin(voxels.grid.affine[:3, 3].tolist())
+    _write(image, path, values.nbytes)
+
+
+def _write_pixels(pixels: np.ndarray, spacing: tuple[float, float], path: Path) -> None:
+    import SimpleITK as sitk
+
+    image = sitk.GetImageFromArray(pixels, isVector=pixels.ndim == 3)
+    image.SetSpacing((spacing[1], spacing[0]))
+    _write(image, path, pixels.nbytes)
+
+
+def _write(image: Any, path: Path, size: int) -> None:
+    """Write, and check that all of it arrived: the toolkit may not notice a full disk."""
+    import SimpleITK as sitk
+
+    try:
+        sitk.WriteImage(image, str(path), False)
+        arrived = path.stat().st_size >= size
+    except (RuntimeError, OSError):
+        arrived = False
+    if not arrived:
+        raise OSError(
+            errno.ENOSPC,
+            f"{path.name} could not be written whole into {path.parent}: free some space there, "
+            "or set another temporary folder in Slicer's settings.",
+        )

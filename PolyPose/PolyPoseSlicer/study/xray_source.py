@@ -1,0 +1,170 @@
+"""Where an X-ray comes from: a node of the scene, one frame of a sequence, or a file; and what was typed about it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import slicer
+
+from PolyPoseLib.errors import InputError
+
+from ..scene.cameras import extrinsic_of
+from ..scene.landmark_lists import CAMERA_REFERENCE, pairs_of
+from .camera_finding import CameraFinding
+from .camera_source import Way, entry_of_way
+
+
+@dataclass(frozen=True)
+class XraySource:
+    """One X-ray as the user gives it.
+
+    image: a scalar volume, a sequence of them, or None for a file.
+    path: the file; for an image node only when its DICOM file is to be replaced by another.
+    frame: which image of a sequence or of a file with several, from 0; None: the only one.
+    fields: what a study file says of an X-ray (source_to_detector_mm, pixel_spacing_mm, camera, ...); wins over
+        what the file says. "extrinsic" is world (LPS) to camera.
+    camera_transform: a transform from the camera's axes (x columns, y rows, z to the detector) to the world; it
+        stands for "extrinsic".
+    way: where the first camera comes from. ct_landmarks, xray_landmarks: lists of points for it.
+    found: what a search of the camera found last.
+    """
+
+    image: slicer.vtkMRMLNode | None = None
+    path: str = ""
+    frame: int | None = None
+    fields: Mapping[str, Any] = field(default_factory=dict)
+    camera_transform: slicer.vtkMRMLTransformNode | None = None
+    way: Way = Way.AUTO
+    ct_landmarks: slicer.vtkMRMLMarkupsFiducialNode | None = None
+    xray_landmarks: slicer.vtkMRMLMarkupsFiducialNode | None = None
+    found: CameraFinding | None = None
+
+    def __post_init__(self) -> None:
+        """Raise InputError, as one sentence, when there is no X-ray."""
+        if self.image is None and not self.path:
+            raise InputError("An X-ray needs an image of the scene or a file: choose one.")
+        if self.image is not None and not (
+            self.image.IsA("vtkMRMLScalarVolumeNode") or self.image.IsA("vtkMRMLSequenceNode")
+        ):
+            raise InputError(
+                f"'{self.image.GetName()}' is no image: choose a volume or a sequence of volumes."
+            )
+
+    @classmethod
+    def of(cls, given: Any) -> XraySource:
+        """An X-ray from itself, a node, or a path."""
+        if isinstance(given, cls):
+            return given
+        if isinstance(given, (str, Path)):
+            return cls(path=str(given))
+        return cls(image=given)
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        given = self.fields.get("name")
+        if given:
+            return str(given)
+        name = self.image.GetName() if self.image is not None else Path(self.path).name
+        return name if self.frame is None else f"{name} [{self.frame}]"
+
+    def file(self) -> tuple[str, int | None]:
+        """The file that holds the X-ray as it was acquired, and the frame in it; ("", None) when there is none.
+
+        Slicer turns XA and RF images round and drops their geometry, so their DICOM file is preferred.
+        """
+        if self.path:
+            return self.path, self.frame
+        node = self.image
+        if node.IsA("vtkMRMLSequenceNode") and not node.GetAttribute("DICOM.instanceUIDs"):
+            node = _frame_node(node, self.frame)
+        uids = (node.GetAttribute("DICOM.instanceUIDs") or "").split()
+        database = getattr(slicer, "dicomDatabase", None)
+        if not uids or database is None or not database.isOpen:
+            return "", None
+        if len(uids) == 1:
+            path, frame = database.fileForInstance(uids[0]), self.frame
+        else:
+            # One file an image: the sequence's frame is the file's place in the list.
+            path, frame = database.fileForInstance(uids[min(self.frame or 0, len(uids) - 1)]), None
+        return (path, frame) if path and Path(path).is_file() else ("", None)
+
+    def pixels(self) -> tuple[np.ndarray, tuple[float, float]]:
+        """Copy of the image node's values (H, W), row by row as stored, and its spacing (row, column) in mm.
+
+        Raises InputError, as one sentence, when the node is no single image.
+        """
+        node = self.image
+        if node.IsA("vtkMRMLSequenceNode"):
+            node = _frame_node(node, self.frame)
+        if node.GetImageData() is None:
+            raise InputError(f"The X-ray '{self.name}' has no pixels: load it again.")
+        values = slicer.util.arrayFromVolume(node)
+        across, down, _through = node.GetSpacing()
+        frame = self.frame if not self.image.IsA("vtkMRMLSequenceNode") else None
+        if values.shape[0] > 1 and frame is None:
+            raise InputError(
+                f"The X-ray '{self.name}' is a volume of {values.shape[0]} images: choose one of them as its frame."
+            )
+        if not 0 <= (frame or 0) < values.shape[0]:
+            raise InputError(f"The X-ray '{self.name}' has no frame {frame}.")
+        return np.array(values[frame or 0]), (down, across)
+
+    @property
+    def starts_from_transform(self) -> bool:
+        """Whether the registration starts from the camera's transform node."""
+        taken = self.found is not None and self.found.taken
+        return self.camera_transform is not None and (self.way.by_transform or taken)
+
+    @property
+    def landmark_camera(self) -> slicer.vtkMRMLLinearTransformNode | None:
+        """The camera's transform that the landmarks gave, when the camera comes from them."""
+        if self.way is not Way.LANDMARKS or self.xray_landmarks is None:
+            return None
+        return self.xray_landmarks.GetNodeReference(CAMERA_REFERENCE)
+
+    def entry(self, image: str, frame: int | None) -> dict[str, Any]:
+        """The X-ray's object in a study file, for the registration."""
+        extrinsic = extrinsic_of(self.camera_transform).tolist() if self.starts_from_transform else None
+        landmarks = pairs_of(self.ct_landmarks, self.xray_landmarks).entries()
+        return self._with_image(entry_of_way(self.way, self._given(), extrinsic, landmarks), image, frame)
+
+    def shown_entry(self, image: str, frame: int | None) -> dict[str, Any]:
+        """The same for the panel, which shows the camera that landmarks gave instead of reading them again."""
+        node = self.camera_transform if self.starts_from_transform else self.landmark_camera
+        extrinsic = None if node is None else extrinsic_of(node).tolist()
+        entry = self._with_image(entry_of_way(self.way, self._given(), extrinsic, []), image, frame)
+        for key in ("mask", "calibration"):
+            if entry.get(key):
+                entry[key] = Path(entry[key])  # the user has chosen it, wherever it lies
+        return entry
+
+    def _given(self) -> dict[str, Any]:
+        return {key: value for key, value in self.fields.items() if value is not None and key != "frame"}
+
+    def _with_image(self, entry: dict[str, Any], image: str, frame: int | None) -> dict[str, Any]:
+        entry |= {"image": image, "name": self.name}
+        return entry if frame is None else {**entry, "frame": int(frame)}
+
+
+def _frame_node(sequence: slicer.vtkMRMLSequenceNode, frame: int | None) -> slicer.vtkMRMLScalarVolumeNode:
+    count = sequence.GetNumberOfDataNodes()
+    if not 0 <= (frame or 0) < count:
+        raise InputError(f"The sequence '{sequence.GetName()}' has {count} images, and no number {frame}.")
+    node = sequence.GetNthDataNode(frame or 0)
+    if not node.IsA("vtkMRMLScalarVolumeNode"):
+        raise InputError(f"The sequence '{sequence.GetName()}' holds no images: choose another.")
+    return node
+
+
+def fields_from_text(text: str) -> dict[str, Any]:
+    """Typed fields from their text in the parameter node; raises InputError when it is damaged."""
+    fields = json.loads(text or "{}")
+    if not isinstance(fields, dict):
+        raise InputError("The stored fields of an X-ray are damaged: remove the X-ray and add it again.")
+    return fields

@@ -1,0 +1,1 @@
+"""The method as published: gmNCC of the whole warped CT, optimised by Adam."""

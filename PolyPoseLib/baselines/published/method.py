@@ -1,0 +1,240 @@
+"""The paper's method as the reference: gmNCC of the whole warped CT, climbed by Adam (preset "paper").
+
+V. Gopalakrishnan et al., "PolyPose: deformable 2D/3D registration via polyrigid transformations", 2025. Each camera
+is found from the anchor alone, cut out of the CT; then all poses jointly, on voxels of 4 mm, 2 mm and the CT's own
+size, 51 iterations each. Poses turn about the structures' centroids, and Adam's moments and step sizes go on from level
+to level.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import torch
+
+from PolyPoseLib.baselines.published.objective import PolyrigidObjective, View, gmncc_judge
+from PolyPoseLib.baselines.published.optimizers import Adam, climb, pose_rates
+from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.data.progress import Monitor
+from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
+from PolyPoseLib.geometry import se3
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.grid import Grid
+from PolyPoseLib.geometry.rigid import about
+from PolyPoseLib.registration.fit.levels import Level, Measured, binned, pixel_size_mm, view_at
+from PolyPoseLib.registration.fit.problem import JointResult, RigidProblem, State, corrected
+from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
+from PolyPoseLib.registration.fit.weighting import covered, robust_weight, within
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.rendering.rigid import Body, project_body
+from PolyPoseLib.warp.weights import distance_maps
+
+LEVEL = Level(2.0, 14.0, 0)
+
+REACH_MM = 10.0
+"""The X-rays count this far around the moving bones."""
+
+
+MAPS_BYTES = 3 << 27
+"""Memory of the distance maps; they are made coarser to fit."""
+
+PREVIEW_EVERY = 10
+
+
+@dataclass(frozen=True)
+class PaperLevel:
+    """One step of the pyramid.
+
+    voxel_mm: of the CT, and distance of ray samples; None for the CT's own; iterations: of the optimiser; pixels:
+    X-rays are averaged to about this many a side.
+    """
+
+    voxel_mm: float | None
+    iterations: int = 51
+    pixels: int = 180
+
+
+PAPER_LEVELS = (PaperLevel(4.0), PaperLevel(2.0), PaperLevel(None))
+
+CAMERA_LEVELS = (PaperLevel(4.0, pixels=50), PaperLevel(2.0, pixels=100), PaperLevel(None, pixels=200))
+"""Cameras start further off, so their images are coarse at first, as in the rigid registration that precedes the
+paper's (its scales 24, 12 and 6 leave 52, 103 and 206 pixels)."""
+
+
+def find_camera_by_anchor(
+    ct: Volume,
+    scene: Scene,
+    measured: Measured,
+    backend: Backend,
+    monitor: Monitor,
+    stage: str,
+    levels: Sequence[PaperLevel] = CAMERA_LEVELS,
+) -> Camera:
+    """Refine one X-ray's camera: Adam on a perturbation of se(3) about the anchor's centroid.
+
+    The anchor, cut out of the CT, is compared with the whole X-ray.
+    """
+    adam, parameters = Adam(pose_rates()), np.zeros(6)
+    total, done = sum(level.iterations for level in levels), 0
+    for level in levels:
+        view = view_of(measured, level.pixels)
+        judge = gmncc_judge(view.image, view.mask)
+        body = anchor_body(ct, scene, level.voxel_mm)
+        for iteration in range(level.iterations):
+            vector = torch.as_tensor(parameters)
+            pose = about(se3.exp(vector).numpy(), body.centre)
+            step = sample_distance(ct, level)
+            part = project_body(body, view.camera, pose, step, backend, jacobian=True)
+            image = np.zeros(view.image.shape, np.float32)
+            image[part.slices] = part.image
+            similarity, slope = judge(image)
+            monitor.step(stage, done + iteration, total, similarity)
+            by_left = np.tensordot(part.jacobian, slope[part.slices], 2)
+            parameters = adam.ascend(parameters, se3.left_jacobian(vector).numpy().T @ by_left)
+        done += level.iterations
+    correction = about(se3.exp(torch.as_tensor(parameters)).numpy(), scene.anchor_centre)
+    return corrected(measured.camera, correction)
+
+
+def fit_structures_by_gmncc(
+    ct: Volume,
+    scene: Scene,
+    soft: SoftTissue,
+    measured: Sequence[Measured],
+    optimizer: str,
+    backend: Backend,
+    monitor: Monitor,
+    preview: Callable[[DisplacementField], str | None] | None = None,
+    levels: Sequence[PaperLevel] = PAPER_LEVELS,
+) -> JointResult:
+    """Fit all structures but the anchor, from rest, with the cameras held.
+
+    ct: in HU; soft: its weights' frame and form are used; optimizer: "adam", or "lm" for Gauss-Newton steps on the
+    same objective; preview: given the coarse displacement field every PREVIEW_EVERY iterations.
+    """
+    maps = distance_maps(scene.structures, scene.ct_affine, budget_bytes=MAPS_BYTES)
+    warp = soft.warp(maps, np.stack([np.eye(4)] * len(scene.names)))
+    moving = [k for k in range(len(scene.names)) if k != scene.anchor]
+    parameters = np.zeros((len(scene.names), 6))
+    adam = Adam(pose_rates())
+    total, done = sum(level.iterations for level in levels), 0
+
+    def report(iteration: int, parameters: np.ndarray, similarity: float) -> None:
+        show = None
+        if preview is not None and iteration % PREVIEW_EVERY == 0:
+            show = partial(_show, preview, soft, objective.poses(parameters))
+        monitor.step("bones", iteration, total, similarity, show)
+
+    for level in levels:
+        views = [view_of(m, level.pixels) for m in measured]
+        grid = attenuation_grid(ct, level.voxel_mm)
+        step = sample_distance(ct, level)
+        objective = PolyrigidObjective(grid.voxels, grid.affine, warp, views, scene.centres, step, backend)
+        if optimizer == "lm":
+            parameters = _climb(objective, parameters, moving, level.iterations, done, report)
+        else:
+            for iteration in range(level.iterations):
+                similarity, gradient = objective(parameters)
+                report(done + iteration, parameters, similarity)
+                gradient[scene.anchor] = 0
+                parameters = adam.ascend(parameters, gradient)
+        done += level.iterations
+    poses = objective.poses(parameters)
+    state = State(poses, np.stack([np.eye(4)] * len(measured)))
+    problem = rigid_problem_at(scene, soft, measured, state, backend)
+    return JointResult(poses, [m.camera for m in measured], problem, state)
+
+
+def _climb(
+    objective: PolyrigidObjective,
+    parameters: np.ndarray,
+    moving: list[int],
+    iterations: int,
+    done: int,
+    report: Callable[[int, np.ndarray, float], None],
+) -> np.ndarray:
+    """Second-order steps of the moving structures' parameters (K, 6)."""
+
+    def whole(part: np.ndarray) -> np.ndarray:
+        filled = parameters.copy()
+        filled[moving] = part.reshape(-1, 6)
+        return filled
+
+    found = climb(
+        lambda part: objective.expand(whole(part), moving),
+        lambda part: objective.value(whole(part)),
+        parameters[moving].ravel(),
+        iterations,
+        lambda n, part, similarity: report(done + n, whole(part), similarity),
+    )
+    return whole(found)
+
+
+def _show(
+    preview: Callable[[DisplacementField], str | None], soft: SoftTissue, poses: np.ndarray
+) -> str | None:
+    return preview(soft.coarse_field(poses))
+
+
+def view_of(measured: Measured, pixels: int) -> View:
+    """The X-ray at about ``pixels`` a side, with its camera."""
+    height, width = measured.image.shape
+    factor = max(1, min(round(max(height, width) / pixels), min(height, width) // 16))
+    image, mask = binned(measured.image, measured.mask, factor)
+    return View(image, mask, measured.camera.binned(factor))
+
+
+def sample_distance(ct: Volume, level: PaperLevel) -> float:
+    """Distance of ray samples in mm; at the CT's own voxels no larger than at 2 mm ones."""
+    return level.voxel_mm or min(2.0, float(np.min(ct.spacing)))
+
+
+def attenuation_grid(ct: Volume, voxel_mm: float | None) -> Grid:
+    """The CT in 1/mm at voxels of about ``voxel_mm``, or its own, with a border of zeros."""
+    if voxel_mm is not None:
+        mu = hounsfield_to_attenuation(ct.voxels).astype(np.float32, copy=False)
+        return Grid(mu, ct.affine).coarsened(voxel_mm).padded()
+    voxels = np.zeros(np.array(ct.voxels.shape) + 2, np.float32)
+    for k, slab in enumerate(ct.voxels, start=1):  # no second copy of a large CT
+        voxels[k, 1:-1, 1:-1] = hounsfield_to_attenuation(slab)
+    affine = ct.affine.copy()
+    affine[:3, 3] -= affine[:3, :3] @ np.ones(3)
+    return Grid(voxels, affine)
+
+
+def anchor_body(ct: Volume, scene: Scene, voxel_mm: float | None) -> Body:
+    """The anchor cut out of the CT, at voxels of about ``voxel_mm`` or its own."""
+    mask = scene.structures.labels == scene.anchor + 1
+    occupied = [np.flatnonzero(mask.any(axis=axes)) for axes in ((1, 2), (0, 2), (0, 1))]
+    box = tuple(slice(int(o[0]), int(o[-1]) + 1) for o in occupied)
+    mu = (hounsfield_to_attenuation(ct.voxels[box]) * mask[box]).astype(np.float32)
+    affine = ct.affine.copy()
+    affine[:3, 3] += affine[:3, :3] @ np.array([s.start for s in reversed(box)], float)
+    grid = Grid(mu, affine)
+    grid = (grid if voxel_mm is None else grid.coarsened(voxel_mm)).padded()
+    return Body(grid.voxels, grid.affine, scene.anchor_centre)
+
+
+def rigid_problem_at(
+    scene: Scene, soft: SoftTissue, measured: Sequence[Measured], state: State, backend: Backend
+) -> RigidProblem:
+    """All structures but the anchor as rigid bodies in front of soft tissue that follows ``state``.
+
+    The poses need not be its optimum: residuals that they leave unexplained count as noise, and widen the intervals.
+    """
+    centre = scene.anchor_centre
+    views = [view_at(LEVEL, m, centre) for m in measured]
+    moving = [k for k in range(len(scene.names)) if k != scene.anchor]
+    bodies = scene.bodies(LEVEL.size_mm)
+    problem = RigidProblem(bodies, views, moving, [], centre, LEVEL.size_mm, backend)
+    field = soft.coarse_field(state.poses)
+    for n, view in enumerate(views):
+        view.static = soft.render(field, view.camera, np.eye(4), LEVEL.size_mm, backend)
+        reach = REACH_MM / pixel_size_mm(view.camera, centre)
+        region = within(covered(problem, state, n, moving), reach)
+        view.weight = robust_weight(view, problem.residual(state, n), region)
+    return problem

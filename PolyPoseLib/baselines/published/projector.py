@@ -1,0 +1,151 @@
+"""Renderings of a volume that is seen through a polyrigid warp, with their derivatives by the motions.
+
+The cameras stand still, so rays, samples and (in the fixed frame) weights are made once; what remains for each set of
+motions is sum w v, exp, gather and sum. Motions are given as logarithms (K, 6) [rotation rad, translation part mm]
+about the warp's centre, fixed to moving.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from PolyPoseLib.baselines.published.ray_samples import sample_rays
+from PolyPoseLib.geometry import se3
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.warp.polyrigid import PolyrigidWarp
+
+JACOBIAN_BYTES = 1 << 28
+"""Jacobians up to this size are kept until the image's slope is known; larger ones cost a second pass."""
+
+WEIGHTS_BYTES = 1 << 30
+"""Weights of the fixed frame are kept up to this size; the rest are made anew in every pass."""
+
+SAMPLES_PER_CHUNK = 1 << 18
+
+Weights = np.ndarray | torch.Tensor
+
+Judge = Callable[[np.ndarray], tuple[float, np.ndarray]]
+"""Takes an image (H, W) and returns a number about it and that number's derivative by every pixel (H, W)."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """value: what the judge said; gradient: (K, 6) float64, its derivative by the logarithms."""
+
+    value: float
+    gradient: np.ndarray
+
+
+class PolyrigidProjector(ABC):
+    """One camera's view of one volume through a polyrigid warp.
+
+    voxels: (D, H, W) float32 in 1/mm with a border of zeros; affine: (4, 4) index (i, j, k) to moving LPS mm; warp:
+    gives the distance maps, shares, form and frame of the weights, and the centre (its poses are not used); camera:
+    stays; step_mm: distance of samples; margin_mm: rays are clipped to the volume's box, in the fixed frame,
+    enlarged by this much; weights_bytes: memory in which weights of the fixed frame are kept.
+
+    Raises ValueError for a warp whose bones turn only the tissue nearby.
+    """
+
+    def __init__(
+        self,
+        voxels: np.ndarray,
+        affine: np.ndarray,
+        warp: PolyrigidWarp,
+        camera: Camera,
+        step_mm: float,
+        margin_mm: float = 0.0,
+        weights_bytes: int = WEIGHTS_BYTES,
+        samples_per_chunk: int = SAMPLES_PER_CHUNK,
+    ) -> None:
+        if warp.turning is not None:
+            raise ValueError("The projector renders plain means of logarithms: give a warp without turning.")
+        self.warp = warp
+        self._weights: dict[int, Weights] = {}
+        self._room = weights_bytes
+        self.centre = warp.center.cpu().numpy()
+        rays = sample_rays(camera, affine, voxels.shape, self.centre, step_mm, margin_mm)
+        self.rays = rays
+        self.chunks = rays.chunks(samples_per_chunk)
+        moved = affine.copy()
+        moved[:3, 3] -= self.centre
+        self.to_index = np.linalg.inv(moved)[:3]
+
+    @property
+    def structures(self) -> int:
+        """Number of structures K."""
+        return self.warp.distances.count
+
+    def image(self, logs: np.ndarray) -> np.ndarray:
+        """Line integrals (H, W) float32 for logarithms (K, 6)."""
+        motion = self.motion(logs)
+        return self._assemble([self.trace(motion, n, False)[0] for n in range(len(self.chunks))])
+
+    def image_and_jacobian(self, logs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Line integrals (H, W) and their derivative by all logarithms (K, 6, H, W), float32."""
+        motion = self.motion(logs)
+        parts = [self.trace(motion, n, True) for n in range(len(self.chunks))]
+        image = self._assemble([values for values, _ in parts])
+        jacobian = np.zeros((self.structures, 6, *image.shape), np.float32)
+        if parts:
+            jacobian = self.rays.to_image(np.concatenate([derivative for _, derivative in parts]))
+        return image, jacobian
+
+    def judged(self, logs: np.ndarray, judge: Judge) -> Judged:
+        """What ``judge`` says about the image for logarithms (K, 6), and the derivative of that."""
+        motion = self.motion(logs)
+        at_once = self.rays.rays * self.structures * 6 * 4 <= JACOBIAN_BYTES
+        parts = [self.trace(motion, n, at_once) for n in range(len(self.chunks))]
+        value, slope = judge(self._assemble([values for values, _ in parts]))
+        slope = np.asarray(slope, np.float64).ravel()
+        gradient = np.zeros((self.structures, 6))
+        for n, chunk in enumerate(self.chunks):
+            jacobian = parts[n][1] if at_once else self.trace(motion, n, True)[1]
+            gradient += np.tensordot(slope[chunk.pixels], jacobian, 1)
+        return Judged(value, gradient)
+
+    @abstractmethod
+    def motion(self, logs: np.ndarray) -> Motion:
+        """What every chunk needs to know of the logarithms."""
+
+    @abstractmethod
+    def trace(self, motion: Motion, number: int, wanted: bool) -> tuple[np.ndarray, np.ndarray | None]:
+        """Line integrals (r,) of one chunk of rays, and the derivative (r, K, 6) by the logarithms if wanted."""
+
+    def kept_weights(self, number: int, make: Callable[[], Weights]) -> Weights:
+        """Weights of a chunk, which ``make`` makes where there is no room to keep them."""
+        kept = self._weights.get(number)
+        if kept is None:
+            kept = make()
+            if kept.nbytes <= self._room:
+                self._room -= kept.nbytes
+                self._weights[number] = kept
+        return kept
+
+    def _assemble(self, parts: list[np.ndarray]) -> np.ndarray:
+        values = np.concatenate(parts) if parts else np.zeros(0, np.float32)
+        return self.rays.to_image(values.astype(np.float32, copy=False))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """logs: (K, 6) float64 about the centre; poses: (K, 4, 4) in coordinates relative to the centre; left: (K, 6, 6)
+    left Jacobians of the logarithms.
+    """
+
+    logs: np.ndarray
+    poses: np.ndarray
+    left: np.ndarray
+
+    @classmethod
+    def of(cls, logs: np.ndarray) -> Motion:
+        """From logarithms (K, 6)."""
+        vectors = torch.as_tensor(np.asarray(logs, np.float64))
+        return cls(vectors.numpy(), se3.exp(vectors).numpy(), se3.left_jacobian(vectors).numpy())
+
+

@@ -1,0 +1,96 @@
+"""The polyrigid projector on numba's fused kernels."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import numpy as np
+
+from PolyPoseLib.baselines.published.projector import (
+    SAMPLES_PER_CHUNK,
+    WEIGHTS_BYTES,
+    Motion,
+    PolyrigidProjector,
+)
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.warp.polyrigid import PolyrigidWarp
+from PolyPoseLib.warp.weights import RIGID_DELTA_MM, WeightForm
+
+
+class NumbaPolyrigidProjector(PolyrigidProjector):
+    """See :class:`PolyrigidProjector`."""
+
+    def __init__(
+        self,
+        voxels: np.ndarray,
+        affine: np.ndarray,
+        warp: PolyrigidWarp,
+        camera: Camera,
+        step_mm: float,
+        margin_mm: float = 0.0,
+        weights_bytes: int = WEIGHTS_BYTES,
+        samples_per_chunk: int = SAMPLES_PER_CHUNK,
+    ) -> None:
+        from PolyPoseLib.baselines.published import kernel_fixed as kernel
+
+        super().__init__(voxels, affine, warp, camera, step_mm, margin_mm, weights_bytes, samples_per_chunk)
+        maps = warp.distances
+        grid = maps.affine.copy()
+        grid[:3, 3] -= self.centre
+        constant = warp.epsilon if warp.form == "epsilon" else RIGID_DELTA_MM**2
+        self._voxels = np.ascontiguousarray(voxels, np.float32)
+        self._to_index = self.to_index.astype(np.float32)
+        self._field = (
+            np.ascontiguousarray(maps.signed.cpu().numpy(), np.float32),
+            np.linalg.inv(grid)[:3].astype(np.float32),
+            np.linalg.norm(maps.affine[:3, :3], axis=0).astype(np.float32),
+            warp.share.cpu().numpy().astype(np.float32),
+            get_args(WeightForm).index(warp.form),
+            np.float32(constant),
+        )
+        self._blocks = [kernel.first_blocks(chunk.count) for chunk in self.chunks]
+        self._lines = [(c.first.astype(np.float32), c.step.astype(np.float32)) for c in self.chunks]
+
+    def motion(self, logs: np.ndarray) -> Motion:
+        """See :class:`PolyrigidProjector`."""
+        return Motion.of(logs)
+
+    def trace(self, motion: Motion, number: int, wanted: bool) -> tuple[np.ndarray, np.ndarray | None]:
+        """See :class:`PolyrigidProjector`."""
+        chunk = self.chunks[number]
+        image = np.empty(chunk.rays, np.float32)
+        jacobian = np.empty((chunk.rays if wanted else 0, self.structures, 6), np.float32)
+        logs = motion.logs.astype(np.float32)
+        if self.warp.frame == "fixed":
+            from PolyPoseLib.baselines.published.kernel_fixed import integrate
+
+            weights = self.weights_of(number)
+            integrate(
+                self._voxels, weights, self._blocks[number], *self._lines[number], chunk.count, logs,
+                self._to_index, chunk.step_mm, image, jacobian,
+            )  # fmt: skip
+            return image, jacobian if wanted else None
+        from PolyPoseLib.baselines.published.kernel_moving import integrate_moving
+
+        turning = np.empty_like(jacobian)
+        poses = np.ascontiguousarray(motion.poses[:, :3], np.float32)
+        integrate_moving(
+            self._voxels, *self._field, self._blocks[number], *self._lines[number], chunk.count, logs, poses,
+            self._to_index, chunk.step_mm, image, jacobian, turning,
+        )  # fmt: skip
+        if not wanted:
+            return image, None
+        return image, jacobian + np.einsum("rkc,kcd->rkd", turning, motion.left.astype(np.float32))
+
+    def weights_of(self, number: int) -> np.ndarray:
+        """Weights (blocks, K, LANES) of a chunk."""
+        return self.kept_weights(number, lambda: self._make_weights(number))
+
+    def _make_weights(self, number: int) -> np.ndarray:
+        from PolyPoseLib.baselines.published.kernel_fixed import fill_weights
+        from PolyPoseLib.baselines.published.kernel_stages import LANES
+
+        blocks = self._blocks[number]
+        weights = np.empty((int(blocks[-1]), self.structures, LANES), np.float32)
+        fill_weights(*self._field, blocks, *self._lines[number], weights)
+        return weights

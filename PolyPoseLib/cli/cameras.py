@@ -1,0 +1,178 @@
+"""Subcommand cameras: find a first camera for every X-ray of a study and write it into the study."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from PolyPoseLib.cli._arguments import add_options, add_progress, merged_options, new_parser
+from PolyPoseLib.cli._console import progress_display, table
+from PolyPoseLib.cli._destinations import check_json_destinations
+from PolyPoseLib.data.found_camera import camera_report
+from PolyPoseLib.errors import InputError, UntrustedResultError
+from PolyPoseLib.io.files import replaced_whole
+
+if TYPE_CHECKING:
+    from PolyPoseLib.data.found_camera import Guess
+    from PolyPoseLib.data.study import Study
+    from PolyPoseLib.data.xray import Xray
+
+_LOG = logging.getLogger(__name__)
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = new_parser(
+        subparsers,
+        "cameras",
+        "find the camera of every X-ray that has none and write it into the study",
+        "python -m PolyPoseLib cameras case/study.json --method search",
+    )
+    parser.add_argument("study", type=Path, help="the study's JSON file")
+    parser.add_argument(
+        "--method",
+        choices=("auto", "dicom", "landmarks", "search", "learned"),
+        default="auto",
+        help="auto: landmarks, else DICOM, else learned where a model is given, else search (default: auto)",
+    )
+    parser.add_argument(
+        "--output", type=Path, metavar="FILE", help="write here, in the study's folder, instead of into STUDY"
+    )
+    parser.add_argument("--again", action="store_true", help="also where the study gives a guess already")
+    parser.add_argument(
+        "--keep-doubtful",
+        action="store_true",
+        help="write cameras that are not sure, too; the exit status stays 3",
+    )
+    parser.add_argument(
+        "--model",
+        type=Path,
+        metavar="FILE",
+        help='camera model that "train" wrote for this CT; wins over the study\'s option "camera_model"',
+    )
+    parser.add_argument(
+        "--report",
+        type=Path,
+        metavar="FILE",
+        help="also write what was found, doubtful or not, as JSON for other programs",
+    )
+    parser.add_argument(
+        "--allow-outside", action="store_true", help="read files outside the study's folder if it names them"
+    )
+    add_options(parser)
+    add_progress(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Find and write; raises UntrustedResultError after writing when a camera is not sure."""
+    from PolyPoseLib.data.study import Study
+    from PolyPoseLib.io import study_schema
+
+    output = arguments.output or arguments.study
+    if output.resolve().parent != arguments.study.resolve().parent:
+        raise InputError(f"{output}: the study's paths start from its folder: choose a file in that folder.")
+    fields = study_schema.read(arguments.study)
+    check_json_destinations(arguments.study, fields, output, arguments.report)
+    study = Study.load(arguments.study, allow_outside=arguments.allow_outside)
+    wanted = [
+        n
+        for n, (entry, xray) in enumerate(zip(fields["xrays"], study.xrays, strict=True))
+        if xray.camera != "known" and (arguments.again or entry.get("extrinsic") is None)
+    ]
+    if not wanted:
+        _LOG.info("Every X-ray has a camera already; add --again to look for them anew.")
+        return 0
+    guesses = _find(study, wanted, arguments)
+    for number, guess in guesses.items():
+        if guess.sure or arguments.keep_doubtful:
+            _enter(fields["xrays"][number], guess, study.xrays[number].mirrored)
+    if arguments.report is not None:  # first: what fails here leaves the study as it was
+        write_json(camera_report(study, guesses), arguments.report, "--report")
+    write_json(fields, output, "--output")
+    if arguments.progress != "json":
+        print(camera_table(study, guesses))
+    doubtful = [study.xrays[n].name or str(n + 1) for n, guess in guesses.items() if not guess.sure]
+    if doubtful:
+        kept = "written all the same" if arguments.keep_doubtful else "not written"
+        raise UntrustedResultError(
+            f'The camera of {", ".join(doubtful)} is doubtful and was {kept}: give "landmarks" or "standard_view", or '
+            "look at it."
+        )
+    return 0
+
+
+def camera_table(study: Study, guesses: dict[int, Guess]) -> str:
+    """What was found, for people."""
+    rows = [
+        (
+            study.xrays[n].name or f"X-ray {n + 1}",
+            "yes" if guess.sure else "no",
+            f"{guess.radius[0]:.0f} deg, {guess.radius[1]:.0f} mm",
+            guess.how,
+        )
+        for n, guess in guesses.items()
+    ]
+    return table(("X-ray", "sure", "within", "how"), rows)
+
+
+def write_json(fields: dict[str, Any], path: Path, option: str) -> None:
+    """Write a file whole or not at all; raises InputError, naming the option, when the system refuses."""
+    try:
+        with replaced_whole(path) as temporary:
+            temporary.write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror}): choose another {option}.") from error
+
+
+def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dict[int, Guess]:
+    """Guesses for the X-rays ``wanted``, by number."""
+    from PolyPoseLib.data.options import Options
+    from PolyPoseLib.data.progress import Monitor
+    from PolyPoseLib.data.xray import place_isocenter
+    from PolyPoseLib.pipeline import camera_regressor
+    from PolyPoseLib.registration.cameras.rig_initial import group_guesses
+    from PolyPoseLib.registration.cameras.study import grouped_by_rig
+    from PolyPoseLib.registration.scene import Scene
+    from PolyPoseLib.rendering.select import resolve_device, select_backend
+
+    options = Options.from_dict(merged_options(study.options, arguments))
+    backend = select_backend(options.kernel, resolve_device(options.device), options.threads)
+    display = progress_display(arguments.progress)
+    monitor = Monitor(display, None)
+    guesses = {}
+    try:
+        model = camera_regressor(study, arguments.model or options.camera_model)
+        scene = Scene(study.ct, study.structures, study.anchor)
+        xrays = place_isocenter(study.xrays, scene.anchor_centre)
+        for numbers in grouped_by_rig(xrays):
+            if not set(numbers) & set(wanted):
+                continue
+            group = [xrays[n] for n in numbers]
+            stage = f"camera {group[0].name or numbers[0] + 1}"
+            method = _method(group[0], arguments, model is not None)
+            found = group_guesses(scene, group, backend, monitor, stage, method, model)
+            monitor.step(stage, 1, 1, found[0].similarity)
+            guesses |= {n: guess for n, guess in zip(numbers, found, strict=True) if n in wanted}
+            for warning in dict.fromkeys(line for guess in found for line in guess.warnings):
+                _LOG.warning(warning)
+    finally:
+        display.close()
+    return guesses
+
+
+def _method(xray: Xray, arguments: argparse.Namespace, has_model: bool) -> str:
+    """The method asked for; "auto" with --again takes no guess that the study gives."""
+    if arguments.method != "auto" or not arguments.again or xray.initial_radius is not None:
+        return arguments.method
+    return "landmarks" if xray.landmarks is not None else "learned" if has_model else "search"
+
+
+def _enter(entry: dict[str, Any], guess: Guess, mirrored: bool) -> None:
+    """Put a camera into an X-ray's entry; the extrinsic belongs to the view from the source."""
+    entry["extrinsic"] = guess.camera.extrinsic.tolist()
+    entry["camera"] = "initial"
+    entry["mirrored"] = mirrored

@@ -1,0 +1,75 @@
+"""Subcommand evaluate: how good a result is, against a truth or a second segmentation."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from PolyPoseLib.cli._arguments import new_parser
+from PolyPoseLib.cli._scores import overlap_table, truth_tables
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    from PolyPoseLib.data.label_names import TABLES
+
+    parser = new_parser(
+        subparsers,
+        "evaluate",
+        "score a result against a simulation's truth or a second segmentation",
+        "python -m PolyPoseLib evaluate case/result --truth case/truth",
+    )
+    parser.add_argument("result", type=Path, help="folder that register wrote")
+    against = parser.add_mutually_exclusive_group(required=True)
+    against.add_argument("--truth", type=Path, metavar="DIR", help="truth folder that simulate wrote")
+    against.add_argument(
+        "--segmentation",
+        type=Path,
+        metavar="FILE",
+        help="labels of the patient as the X-rays saw it, same numbers",
+    )
+    parser.add_argument("--label-table", choices=TABLES, help="names for the labels of --segmentation")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print the scores."""
+    from PolyPoseLib.io.results import load_result
+
+    if arguments.truth:
+        from PolyPoseLib.evaluation.score import score_result
+        from PolyPoseLib.io.truths import load_truth
+
+        scores = score_result(load_result(arguments.result), load_truth(arguments.truth))
+        text = truth_tables
+    else:
+        from PolyPoseLib.data.label_names import label_table
+        from PolyPoseLib.evaluation.overlap import score_segmentation
+        from PolyPoseLib.io.segmentations import read_segmentation
+
+        names = label_table(arguments.label_table) if arguments.label_table else None
+        scores = score_segmentation(
+            load_result(arguments.result), read_segmentation(arguments.segmentation), names
+        )
+        text = overlap_table
+    print(scores_json(scores) if arguments.json else text(scores))
+    return 0
+
+
+def scores_json(scores: dict[str, Any]) -> str:
+    """Scores as JSON; what is not finite becomes null."""
+    return json.dumps(_finite(scores), indent=1, allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    """The same with NaN and infinity as None."""
+    if isinstance(value, dict):
+        return {str(name): _finite(each) for name, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value

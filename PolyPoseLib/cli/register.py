@@ -1,0 +1,87 @@
+"""Subcommand register: a study in, a result folder out."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import logging
+from pathlib import Path
+
+from PolyPoseLib.cli._arguments import add_options, add_progress, merged_options, new_parser
+from PolyPoseLib.cli._console import progress_display, table
+from PolyPoseLib.data.result import Result
+from PolyPoseLib.data.study import Study
+from PolyPoseLib.errors import UntrustedResultError
+
+_LOG = logging.getLogger(__name__)
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = new_parser(
+        subparsers,
+        "register",
+        "register the CT of a study to its X-rays",
+        "python -m PolyPoseLib register case/study.json --output case/result",
+    )
+    parser.add_argument("study", type=Path, help="the study's JSON file")
+    parser.add_argument("--output", type=Path, required=True, metavar="DIR", help="folder for the result")
+    parser.add_argument("--overwrite", action="store_true", help="replace an earlier result in DIR")
+    parser.add_argument(
+        "--allow-outside", action="store_true", help="read files outside the study's folder if it names them"
+    )
+    parser.add_argument(
+        "--preview", metavar="FILE", help="write a coarse displacement field here while running"
+    )
+    add_options(parser)
+    add_progress(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Register and save; raises UntrustedResultError after saving when the result must not be trusted."""
+    from PolyPoseLib.io.files import check_destination
+    from PolyPoseLib.io.results import REPORT
+
+    check_destination(arguments.output, arguments.overwrite)
+    study = Study.load(arguments.study, allow_outside=arguments.allow_outside)
+    study = dataclasses.replace(study, options=merged_options(study.options, arguments))
+    result = register_with_progress(study, arguments.progress)
+    result.save(arguments.output, overwrite=arguments.overwrite)
+    if arguments.progress != "json":
+        print(motion_table(result))
+        print(f"\nResult: {arguments.output}")
+        picture = arguments.output / REPORT
+        if picture.is_file():
+            print(f"Picture: {picture}")
+    if result.distrust:
+        raise UntrustedResultError(
+            f"The result was saved in {arguments.output} but must not be trusted: "
+            f"{'; '.join(reason.rstrip('.') for reason in result.distrust)}."
+        )
+    return 0
+
+
+def register_with_progress(study: Study, kind: str) -> Result:
+    """Register a study with its progress shown."""
+    from PolyPoseLib.pipeline import register
+
+    display = progress_display(kind)
+    try:
+        result = register(study, progress=display)
+    finally:
+        display.close()
+    known = {*study.warnings, *(f"{xray.name}: {text}" for xray in study.xrays for text in xray.warnings)}
+    for warning in result.warnings:
+        if warning not in known:
+            _LOG.warning(warning)
+    return result
+
+
+def motion_table(result: Result) -> str:
+    """The bones' motions from the CT's posture to the X-rays' as a table."""
+    rows = [
+        (name, each.rotation_deg, *(float(value) for value in each.translation_mm))
+        for name, each in result.structures.items()
+    ]
+    return table(("structure", "rotation deg", "left mm", "back mm", "up mm"), rows)

@@ -1,0 +1,237 @@
+"""Subcommand simulate: a study with a known truth from any CT with labels."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PolyPoseLib.cli._arguments import new_parser
+from PolyPoseLib.data.options import RANGES
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.files import refuse_special_file
+
+if TYPE_CHECKING:
+    from PolyPoseLib.simulation.simulate import SimulatedCase
+
+
+USUAL_VIEW_MM = (1020.0, 780.0)
+"""From the source to the detector and to the isocenter where no sample suggests others."""
+
+LEAST_PIXELS = 64
+"""Fewer rows and columns make pixels that are larger than a study may have."""
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    from PolyPoseLib.io.samples import SAMPLES
+
+    parser = new_parser(
+        subparsers,
+        "simulate",
+        "move a CT's bones, take X-rays of it, and write the study with its truth",
+        "python -m PolyPoseLib simulate --sample pelvis --views 2 --arc 30 --output case",
+    )
+    parser.add_argument("--output", type=Path, required=True, metavar="DIR", help="new or empty folder")
+    parser.add_argument("--sample", choices=tuple(SAMPLES), help="use a public CT in place of the next three")
+    parser.add_argument("--ct", type=Path, metavar="FILE", help="CT in Hounsfield units")
+    parser.add_argument("--segmentation", type=Path, metavar="FILE", help="label map")
+    parser.add_argument(
+        "--structures",
+        type=Path,
+        metavar="JSON",
+        help="structures and anchor, as the subcommand structures prints",
+    )
+    add_simulation(parser)
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="of the motion and noise (default: 0)"
+    )
+    parser.add_argument(
+        "--camera",
+        choices=("initial", "known", "absent"),
+        default="initial",
+        help="what the study says of the cameras (default: initial)",
+    )
+    parser.add_argument(
+        "--format", choices=("dicom", "nifti"), default="dicom", help="of the X-rays (default: dicom, as XA)"
+    )
+    parser.set_defaults(run=run)
+
+
+def add_simulation(parser: argparse.ArgumentParser) -> None:
+    """Arguments that the demo has as well."""
+    parser.add_argument("--views", type=int, default=2, metavar="N", help="X-rays (default: 2)")
+    parser.add_argument(
+        "--arc", type=float, default=30.0, metavar="DEG", help="spanned by the views (default: 30)"
+    )
+    parser.add_argument(
+        "--source-to-detector", type=float, metavar="MM", help="distance (default: the sample's, else 1020)"
+    )
+    parser.add_argument(
+        "--source-to-isocenter", type=float, metavar="MM", help="distance (default: the sample's, else 780)"
+    )
+    parser.add_argument(
+        "--pixels", type=int, default=400, metavar="N", help="rows and columns (default: 400)"
+    )
+    parser.add_argument(
+        "--motion-scale", type=float, default=1.0, metavar="X", help="factor on the motions (default: 1)"
+    )
+    parser.add_argument(
+        "--rotation-error", type=float, default=4.0, metavar="DEG", help="of the initial cameras (default: 4)"
+    )
+    parser.add_argument(
+        "--translation-error",
+        type=float,
+        default=15.0,
+        metavar="MM",
+        help="of the initial cameras (default: 15)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Write the case and print the path of its study."""
+    from PolyPoseLib.io.samples import fetch_sample
+
+    check_simulation(arguments)
+    inputs = (arguments.ct, arguments.segmentation, arguments.structures)
+    if arguments.sample:
+        if any(inputs):
+            raise InputError("--sample brings its own CT: leave out --ct, --segmentation and --structures.")
+        folder = fetch_sample(arguments.sample)
+        inputs = folder / "ct.nii.gz", folder / "labels.nii.gz", folder / "structures.json"
+    elif not all(inputs):
+        raise InputError("Give --ct, --segmentation and --structures, or --sample.")
+    write_simulation(*inputs, arguments.output, arguments)
+    print(arguments.output / "study.json")
+    return 0
+
+
+def write_simulation(
+    ct_path: Path, labels_path: Path, structures_path: Path, output: Path, arguments: argparse.Namespace
+) -> None:
+    """Simulate a case and write it, all of it or nothing; raises InputError for wrong input.
+
+    The arguments have passed check_simulation.
+    """
+    from PolyPoseLib.data.label_names import label_table
+    from PolyPoseLib.io.cases import write_case
+    from PolyPoseLib.io.files import check_destination, whole_folder
+
+    check_destination(output, overwrite=False)
+    groups, anchor, table = read_structures(structures_path)
+    case = simulate(ct_path, labels_path, groups, anchor, arguments)
+    with whole_folder(output, overwrite=False) as temporary:
+        write_case(
+            case,
+            temporary,
+            label_ids=groups,
+            organ_names=label_table(table) if table else None,
+            image_format=getattr(arguments, "format", "dicom"),
+            camera=getattr(arguments, "camera", "initial"),
+            source_to_detector_mm=view_distances(arguments)[0],
+        )
+
+
+def check_simulation(arguments: argparse.Namespace) -> None:
+    """Check the numbers of a simulation, before any work; raises InputError that names the argument."""
+    from PolyPoseLib.simulation import simulation_limits as limits
+
+    limits.require_in_range(arguments.pixels, (LEAST_PIXELS, limits.PIXELS[1]), "--pixels", "whole number")
+    limits.require_few_pixels(arguments.views, arguments.pixels, ("--views", "--pixels"))
+    limits.require_in_range(arguments.seed or 0, RANGES["seed"], "--seed", "whole number")
+    limits.require_in_range(arguments.arc, limits.ARC_DEG, "--arc")
+    for argument, option in (
+        ("motion_scale", "motion_scale"),
+        ("rotation_error", "rotation_deg"),
+        ("translation_error", "translation_mm"),
+    ):
+        value, name = getattr(arguments, argument), f"--{argument.replace('_', '-')}"
+        limits.require_in_range(value, limits.OPTIONS[option], name)
+    view_distances(arguments)
+
+
+def simulate(
+    ct_path: Path, labels_path: Path, groups: dict[str, list[int]], anchor: str, arguments: argparse.Namespace
+) -> SimulatedCase:
+    """The case that the arguments ask for."""
+    from PolyPoseLib.data.structures import build_structures
+    from PolyPoseLib.io.segmentations import read_segmentation
+    from PolyPoseLib.io.volumes import read_ct
+    from PolyPoseLib.simulation.simulate import (
+        SimulationOptions,
+        arc_angles,
+        simulate_case,
+        structures_centre,
+        view_cameras,
+    )
+
+    ct = read_ct(ct_path)
+    segmentation = read_segmentation(labels_path)
+    if segmentation.has_layers:
+        raise InputError(f"{labels_path}: the segmentation has overlapping layers: export it as a label map.")
+    structures, _ = build_structures(segmentation, groups, ct)
+    to_detector, to_isocenter = view_distances(arguments)
+    cameras = view_cameras(
+        ct,
+        arc_angles(arguments.views, arguments.arc),
+        arguments.pixels,
+        source_to_detector_mm=to_detector,
+        source_to_isocenter_mm=to_isocenter,
+        isocenter=structures_centre(structures, ct.affine),
+    )
+    options = SimulationOptions(
+        motion_scale=arguments.motion_scale,
+        rotation_deg=arguments.rotation_error,
+        translation_mm=arguments.translation_error,
+    )
+    return simulate_case(
+        ct,
+        structures,
+        cameras=cameras,
+        seed=arguments.seed or 0,
+        options=options,
+        anchor=anchor,
+        source_labels=segmentation.on_grid(0, ct),
+    )
+
+
+def view_distances(arguments: argparse.Namespace) -> tuple[float, float]:
+    """From the source to the detector and to the isocenter in mm; raises InputError when they do not fit."""
+    from PolyPoseLib.io.samples import sample_named
+    from PolyPoseLib.simulation.simulation_limits import require_distances
+
+    usual = sample_named(arguments.sample).view_mm if arguments.sample else USUAL_VIEW_MM
+    given = (arguments.source_to_detector, arguments.source_to_isocenter)
+    to_detector, to_isocenter = (usual[n] if given[n] is None else given[n] for n in range(2))
+    require_distances(to_detector, to_isocenter, ("--source-to-detector", "--source-to-isocenter"))
+    return to_detector, to_isocenter
+
+
+def read_structures(path: Path) -> tuple[dict[str, list[int]], str, str | None]:
+    """Structures, anchor and label table of a JSON file as the subcommand structures prints it."""
+    from PolyPoseLib.data.label_names import label_table
+    from PolyPoseLib.io import study_schema
+
+    refuse_special_file(path)
+    try:
+        fields = study_schema.parse(path.read_text(encoding="utf-8"), str(path))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(
+            f"{path}: the file is missing or no text: give the structures' JSON file."
+        ) from error
+    try:
+        study_schema.check_structures(fields.get("structures"))
+        study_schema.check_anchor(fields.get("anchor"), fields["structures"])
+        table = fields.get("label_table")
+        numbers = {name: number for number, name in label_table(table).items()} if table else {}
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    groups = {}
+    for structure, labels in fields["structures"].items():
+        unknown = [label for label in labels if isinstance(label, str) and label not in numbers]
+        if unknown:
+            raise InputError(
+                f'{path}: "{unknown[0]}" is no name of the label table: list numbers to simulate.'
+            )
+        groups[structure] = [numbers[label] if isinstance(label, str) else label for label in labels]
+    return groups, fields["anchor"], table

@@ -1,0 +1,100 @@
+"""What a running registration tells its caller."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from PolyPoseLib.errors import CancelledError
+
+
+class Monitor:
+    """Tells the caller how far the run is, and asks whether to go on.
+
+    history: one object per iteration; seconds: per stage; write_preview: writes a preview and returns its path.
+    """
+
+    def __init__(self, progress: ProgressCallback | None, cancel: CancelQuery | None) -> None:
+        self._progress = progress
+        self._cancel = cancel
+        self._start = time.perf_counter()
+        self.history: list[dict[str, Any]] = []
+        self.seconds: dict[str, float] = {}
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since the run began."""
+        return time.perf_counter() - self._start
+
+    def step(
+        self,
+        stage: str,
+        iteration: int,
+        of: int,
+        similarity: float | None,
+        preview: Callable[[], str | None] | None = None,
+    ) -> None:
+        """Report one iteration; raises CancelledError when the caller wants to stop."""
+        if self._cancel is not None and self._cancel():
+            raise CancelledError("The registration was cancelled.")
+        if similarity is not None:
+            self.history.append(
+                {"stage": stage, "iteration": iteration, "similarity": similarity, "seconds": self.elapsed}
+            )
+        if self._progress is not None:
+            path = preview() if preview is not None else None
+            self._progress(Progress(stage, iteration, of, similarity, self.elapsed, path))
+
+    @contextmanager
+    def timed(self, stage: str) -> Iterator[None]:
+        """Add the time spent inside to the stage's seconds."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
+
+
+@dataclass(frozen=True)
+class Progress:
+    """One step of a run.
+
+    stage: name of the step of the registration, such as "camera ap" or "joint 4 mm".
+    iteration, of: how far the stage is, 0 <= iteration <= of.
+    similarity: mean similarity over the views in [-1, 1], or None while there is none.
+    seconds: since the run began.
+    preview: path of the coarse displacement field that was just written, or None.
+    """
+
+    stage: str
+    iteration: int
+    of: int
+    similarity: float | None
+    seconds: float
+    preview: str | None = None
+
+    def to_json(self) -> str:
+        """One JSON object on one line; similarity is null where it is unknown or not finite."""
+        known = self.similarity is not None and math.isfinite(self.similarity)
+        fields: dict[str, object] = {
+            "stage": self.stage,
+            "iteration": int(self.iteration),
+            "of": int(self.of),
+            "similarity": round(float(self.similarity), 6) if known else None,
+            "seconds": round(float(self.seconds), 3),
+        }
+        if self.preview is not None:
+            fields["preview"] = self.preview
+        return json.dumps(fields)
+
+
+ProgressCallback = Callable[[Progress], None]
+"""Called after every iteration, on the thread that registers."""
+
+CancelQuery = Callable[[], bool]
+"""Asked at every iteration; True stops the registration with CancelledError."""

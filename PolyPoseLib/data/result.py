@@ -1,0 +1,139 @@
+"""What a registration found."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from PolyPoseLib import __version__
+
+if TYPE_CHECKING:
+    from PolyPoseLib.data.displacement_field import DisplacementField
+    from PolyPoseLib.data.volume import Volume
+
+_PACKAGES = ("numpy", "scipy", "torch", "SimpleITK", "pydicom", "numba")
+
+
+INTERVALS: dict[str, tuple[int, ...]] = {
+    "level": (),
+    "along_mm": (),
+    "across_mm": (2,),
+    "rotation_about_view_deg": (),
+    "rotation_across_deg": (2,),
+}
+"""Shapes of the 95 % intervals that a structure's uncertainty may state."""
+
+
+@dataclass(frozen=True)
+class StructureResult:
+    """The rigid motion of one structure.
+
+    fixed_to_moving: (4, 4), a point of the patient at the time of the X-rays to the CT, LPS mm.
+    rotation_deg, axis: angle in degrees and unit axis (3,) of the motion from the CT to the X-rays' posture.
+    translation_mm: (3,) displacement of the structure's centroid from the CT to the X-rays' posture.
+    uncertainty: 95 % intervals in mm and degrees, or None when they were not computed.
+    centroid: (3,) of the structure in the CT, LPS mm, or None when it is not known.
+    """
+
+    fixed_to_moving: np.ndarray
+    rotation_deg: float
+    translation_mm: np.ndarray
+    axis: np.ndarray
+    uncertainty: Mapping[str, Any] | None = None
+    centroid: np.ndarray | None = None
+
+    @classmethod
+    def from_pose(
+        cls, fixed_to_moving: np.ndarray, centroid: np.ndarray, uncertainty: Mapping[str, Any] | None = None
+    ) -> StructureResult:
+        """From the pose (4, 4) and the structure's centroid (3,) in the CT, LPS mm."""
+        pose = np.asarray(fixed_to_moving, dtype=np.float64)
+        motion = np.linalg.inv(pose)
+        centroid = np.asarray(centroid, dtype=np.float64)
+        from scipy.spatial.transform import Rotation
+
+        vector = Rotation.from_matrix(motion[:3, :3]).as_rotvec()
+        angle = float(np.linalg.norm(vector))
+        axis = vector / angle if angle > 1e-12 else np.array([0.0, 0.0, 1.0])
+        shift = motion[:3, :3] @ centroid + motion[:3, 3] - centroid
+        return cls(pose, float(np.degrees(angle)), shift, axis, uncertainty, centroid)
+
+
+@dataclass(frozen=True)
+class CameraResult:
+    """The camera of one X-ray as it was found.
+
+    intrinsics: (3, 3) in pixels of the X-ray as given.
+    extrinsic: (4, 4), world (LPS mm) to camera.
+    height, width: of the X-ray in pixels.
+    similarity: final, in [-1, 1].
+    """
+
+    intrinsics: np.ndarray
+    extrinsic: np.ndarray
+    height: int
+    width: int
+    similarity: float
+    name: str = ""
+
+
+@dataclass
+class Result:
+    """Everything that a registration gives back.
+
+    anchor: the structure that defines the cameras, "" when it is not known.
+    history: one object per iteration: stage, iteration, similarity, and seconds when known.
+    seconds: per stage.
+    distrust: reasons why the result must not be trusted; empty when it may be.
+    warped_ct, warped_labels: HU (-1000 outside) and labels in the fixed frame, on the CT's grid.
+    transform: displacements fixed to moving.
+    renderings_before, renderings_after, xray_images: one (H, W) image per view, line integrals.
+    """
+
+    structures: dict[str, StructureResult]
+    cameras: list[CameraResult]
+    history: list[dict[str, Any]]
+    seconds: dict[str, float]
+    device: str
+    versions: dict[str, str]
+    warnings: list[str]
+    warped_ct: Volume
+    warped_labels: Volume
+    transform: DisplacementField
+    renderings_after: list[np.ndarray]
+    renderings_before: list[np.ndarray] = field(default_factory=list)
+    xray_images: list[np.ndarray] = field(default_factory=list)
+    xray_masks: list[np.ndarray] = field(default_factory=list)
+    distrust: tuple[str, ...] = ()
+    anchor: str = ""
+
+    @property
+    def trusted(self) -> bool:
+        """Whether nothing speaks against the result."""
+        return not self.distrust
+
+    def save(self, folder: str | Path, overwrite: bool = False) -> Path:
+        """Write the result folder, all of it or nothing; raises InputError when it cannot be written.
+
+        A folder that exists must be empty, or hold an earlier result and overwrite be true.
+        """
+        from PolyPoseLib.io.results import save_result
+
+        return save_result(self, Path(folder), overwrite)
+
+
+def installed_versions() -> dict[str, str]:
+    """Versions of PolyPose, Python and the packages that decide results."""
+    versions = {"polypose": __version__, "python": platform.python_version()}
+    for name in _PACKAGES:
+        try:
+            versions[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return versions

@@ -1,0 +1,158 @@
+"""Segmentations: label maps, and Slicer's .seg.nrrd with names and overlapping layers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from PolyPoseLib.data.volume import Volume, resample_labels_onto
+from PolyPoseLib.errors import InputError, nearest
+
+_MAX_LABEL = 100_000
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One named segment: the voxels of a layer that hold its label."""
+
+    identifier: str
+    name: str
+    layer: int
+    label: int
+
+
+@dataclass(frozen=True)
+class Segmentation:
+    """Label maps on one grid, one per layer, and the names of their segments when the file has them.
+
+    layers: volumes of whole numbers, 0 is background.
+    segments: empty for a plain label map.
+    source: name for messages.
+    """
+
+    layers: tuple[Volume, ...]
+    segments: tuple[Segment, ...] = ()
+    source: str = "segmentation"
+
+    def __post_init__(self) -> None:
+        """Check the layers' values and the segments' layers; raises InputError."""
+        if not self.layers:
+            raise InputError(f"{self.source}: the segmentation has no layer: export it again.")
+        layers = tuple(_whole_numbers(each, self.source) for each in self.layers)
+        object.__setattr__(self, "layers", layers)
+        object.__setattr__(self, "_present", tuple(_labels_present(each.voxels) for each in layers))
+        for segment in self.segments:
+            if not 0 <= segment.layer < len(self.layers):
+                raise InputError(
+                    f'{self.source}: segment "{segment.name}" is in layer {segment.layer}, but the file has '
+                    f"{len(self.layers)}: export the segmentation again."
+                )
+
+    @classmethod
+    def from_labels(cls, labels: Volume, source: str = "segmentation") -> Segmentation:
+        """A plain label map."""
+        return cls((labels,), (), source)
+
+    @property
+    def has_layers(self) -> bool:
+        """Whether segments may overlap."""
+        return len(self.layers) > 1
+
+    def has_segment(self, name: int | str) -> bool:
+        """Whether a segment has this name or identifier."""
+        return any(name in (segment.name, segment.identifier) for segment in self.segments)
+
+    def find(self, label: int | str, structure: str) -> tuple[int, int]:
+        """The (layer, label) of a label number or segment name; raises InputError naming the structure."""
+        return (
+            self._find_number(label, structure)
+            if isinstance(label, int)
+            else self._find_name(label, structure)
+        )
+
+    def on_grid(self, layer: int, reference: Volume) -> Volume:
+        """One layer on the reference's grid, by nearest neighbour."""
+        return resample_labels_onto(self.layers[layer], reference)
+
+    def labels_present(self, layer: int) -> np.ndarray:
+        """The labels that a layer's voxels hold, without 0, ascending."""
+        return self._present[layer]
+
+    def _find_name(self, name: str, structure: str) -> tuple[int, int]:
+        """The pair of a segment's name or identifier."""
+        found = [s for s in self.segments if s.name == name] or [
+            s for s in self.segments if s.identifier == name
+        ]
+        if len(found) > 1:
+            raise InputError(
+                f'{self.source}: {len(found)} segments are named "{name}", which structure "{structure}" '
+                f"lists: rename them or list their identifiers ({', '.join(s.identifier for s in found)})."
+            )
+        if not found:
+            raise InputError(self._unknown_name(name, structure))
+        if found[0].label not in self.labels_present(found[0].layer):
+            raise InputError(
+                f'{self.source}: segment "{name}" of structure "{structure}" is empty: remove it from the '
+                "structure."
+            )
+        return found[0].layer, found[0].label
+
+    def _find_number(self, label: int, structure: str) -> tuple[int, int]:
+        """The pair of a label number that exactly one layer holds."""
+        layers = [n for n in range(len(self.layers)) if label in self.labels_present(n)]
+        if len(layers) == 1:
+            return layers[0], label
+        if layers:
+            raise InputError(
+                f'{self.source}: label {label} of structure "{structure}" is in {len(layers)} overlapping '
+                "layers: list segments by name."
+            )
+        present = sorted({int(n) for layer in range(len(self.layers)) for n in self.labels_present(layer)})
+        shown = ", ".join(map(str, present[:30])) + (", ..." if len(present) > 30 else "")
+        raise InputError(
+            f'{self.source}: label {label} of structure "{structure}" is not in the image: remove it, or '
+            f"choose from {shown or 'nothing (the image is empty)'}."
+        )
+
+    def _unknown_name(self, name: str, structure: str) -> str:
+        """A sentence about a name that no segment has."""
+        if not self.segments:
+            return (
+                f'{self.source}: structure "{structure}" lists "{name}", but a plain label map has no names: '
+                'list numbers, or say by "label_table" whose names they are.'
+            )
+        names = [segment.name for segment in self.segments]
+        guess = nearest(name, names)
+        mend = f'did you mean "{guess}"?' if guess else f"choose from {', '.join(names[:30])}."
+        return f'{self.source}: structure "{structure}" lists "{name}", but no segment has that name: {mend}'
+
+
+def _labels_present(voxels: np.ndarray) -> np.ndarray:
+    """The values that occur, without 0, ascending; one slice at a time to save memory."""
+    seen = np.zeros(int(voxels.max()) + 1, dtype=bool)
+    for section in voxels:
+        seen[section.ravel()] = True
+    return np.flatnonzero(seen)[int(seen[0]) :]
+
+
+def _whole_numbers(volume: Volume, source: str) -> Volume:
+    """The volume with non-negative integer voxels; raises InputError when its values are none."""
+    voxels = volume.voxels
+    if voxels.dtype == bool:
+        return Volume(voxels.astype(np.uint8), volume.affine)
+    low, high = voxels.min(), voxels.max()
+    if low < 0 or high > _MAX_LABEL:
+        raise InputError(
+            f"{source}: its labels run from {low:g} to {high:g}, but labels are whole numbers from 0 to "
+            f"{_MAX_LABEL}: give a label map, not an image."
+        )
+    if np.issubdtype(voxels.dtype, np.integer):
+        return volume
+    whole = np.rint(voxels)
+    if not np.array_equal(whole, voxels):
+        raise InputError(
+            f"{source}: its labels are not whole numbers, as after smooth resampling: resample it by nearest "
+            "neighbour."
+        )
+    return Volume(whole.astype(np.int32), volume.affine)

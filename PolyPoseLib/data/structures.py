@@ -1,0 +1,228 @@
+"""Structures: sets of labels that each move as one rigid body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from PolyPoseLib.data.label_names import label_table, propose_structures
+from PolyPoseLib.data.segmentation import Segmentation
+from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.errors import InputError, nearest
+
+__all__ = [
+    "OVERLAP_TOLERANCE",
+    "Structures",
+    "build_structures",
+    "propose_structures",
+    "structures_from_labels",
+]
+
+OVERLAP_TOLERANCE = 0.02
+"""Share of the smaller structure's voxels that a larger one may also claim; those stay with the smaller
+one.
+"""
+
+FEW_VOXELS = 64
+"""A structure with fewer voxels than this gets a warning: it can hardly be located in an X-ray."""
+
+_MAX_STRUCTURES = 1000
+
+
+@dataclass(frozen=True)
+class Structures:
+    """Which voxel of the CT belongs to which structure.
+
+    names: one per structure, all different.
+    labels: (k, j, i) int16 on the CT's grid; 0 is background, n belongs to names[n - 1].
+    """
+
+    names: tuple[str, ...]
+    labels: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Check that every structure has voxels and every voxel a structure; raises InputError."""
+        names = tuple(self.names)
+        labels = np.asarray(self.labels)
+        if labels.ndim != 3 or not np.issubdtype(labels.dtype, np.integer):
+            raise InputError("The labels of structures must be a three-dimensional array of whole numbers.")
+        if not names:
+            raise InputError('"structures" is empty: name at least the anchor with its labels.')
+        if len(names) > _MAX_STRUCTURES:
+            raise InputError(f'"structures" holds {len(names)} names: give at most {_MAX_STRUCTURES}.')
+        if len(set(names)) != len(names) or not all(isinstance(name, str) and name for name in names):
+            raise InputError("Every structure needs a name of its own that is not empty.")
+        low, high = int(labels.min()), int(labels.max())
+        if low < 0 or high > len(names):
+            raise InputError(
+                f"The labels of structures run from {low} to {high} but there are {len(names)} names: "
+                "0 is background and n is the nth name."
+            )
+        object.__setattr__(self, "names", names)
+        object.__setattr__(self, "labels", labels.astype(np.int16, copy=False))
+        # Counted once: on a large CT that takes a second, and weights ask for it again and again.
+        object.__setattr__(self, "_counts", _count(self.labels, len(names)))
+        for name, count in zip(names, self._counts, strict=True):
+            if count == 0:
+                raise InputError(f'Structure "{name}" has no voxel: remove it or give it labels that it has.')
+
+    def __len__(self) -> int:
+        """How many structures there are."""
+        return len(self.names)
+
+    def index(self, name: str) -> int:
+        """Position of a structure in names; raises InputError when there is none of that name."""
+        if name not in self.names:
+            guess = nearest(name, self.names)
+            mend = f'did you mean "{guess}"?' if guess else f"give one of {', '.join(self.names)}."
+            raise InputError(f'There is no structure "{name}": {mend}')
+        return self.names.index(name)
+
+    def mask(self, name: str) -> np.ndarray:
+        """Where a structure is, (k, j, i) bool."""
+        return self.labels == self.index(name) + 1
+
+    def voxel_counts(self) -> np.ndarray:
+        """Voxels of each structure, (K,) int64."""
+        return self._counts.copy()
+
+    def volume_share(self) -> np.ndarray:
+        """Share of each structure in the volume of all, (K,) float64, sum 1: the masses m_k of the
+        weights.
+        """
+        counts = self.voxel_counts()
+        return counts / counts.sum()
+
+    def centroids(self, affine: np.ndarray) -> np.ndarray:
+        """Mean of each structure's voxel centres in LPS mm, (K, 3); affine maps (i, j, k, 1) to LPS mm."""
+        flat = np.flatnonzero(self.labels)
+        owner = self.labels.ravel()[flat]
+        counts = self.voxel_counts()
+        indices = np.unravel_index(flat, self.labels.shape)[::-1]
+        means = [np.bincount(owner, axis, len(self.names) + 1)[1:] / counts for axis in indices]
+        return np.stack(means, axis=-1) @ affine[:3, :3].T + affine[:3, 3]
+
+
+def structures_from_labels(
+    labels: Volume, groups: Mapping[str, Sequence[int | str]], ct: Volume
+) -> Structures:
+    """Structures from a plain label map and {structure: [labels]}, on the CT's grid; raises InputError."""
+    return build_structures(Segmentation.from_labels(labels), groups, ct)[0]
+
+
+def build_structures(
+    segmentation: Segmentation,
+    groups: Mapping[str, Sequence[int | str]],
+    ct: Volume,
+    table: str | None = None,
+) -> tuple[Structures, tuple[str, ...]]:
+    """Structures on the CT's grid and warnings.
+
+    groups: {structure: labels}; a label is a number of the label map or the name of a segment. With a table
+    ("totalsegmentator_v2", ...) a name may also be one of the table's.
+    Where two structures claim the same voxels, the smaller one keeps them, with a warning, up to
+    OVERLAP_TOLERANCE of its own; more raises InputError. So do labels that the segmentation does not hold.
+    """
+    if not groups:
+        raise InputError('"structures" is empty: name at least the anchor with its labels.')
+    members = _members(segmentation, groups, table)
+    names = tuple(groups)
+    masks_of = _layer_lookup(segmentation, members, names)
+    labels = np.zeros(ct.shape, dtype=np.int16)
+    warnings: list[str] = []
+    claims = [_look_up(segmentation.on_grid(layer, ct).voxels, masks_of[layer]) for layer in sorted(masks_of)]
+    counts = np.sum([_count(claim, len(names)) for claim in claims], axis=0)
+    for name, count in zip(names, counts, strict=True):
+        if count == 0:
+            raise InputError(
+                f'Structure "{name}" lies outside the CT: its labels are in the segmentation but none of '
+                "their voxels is on the CT's grid; check that both are of the same scan."
+            )
+        if count < FEW_VOXELS:
+            warnings.append(f'Structure "{name}" has only {count} voxels.')
+    for claim in claims:
+        warnings += _merge(labels, claim, counts, names)
+    return Structures(names, labels), tuple(warnings)
+
+
+def _count(labels: np.ndarray, highest: int) -> np.ndarray:
+    """Voxels of each label from 1 to highest, (highest,) int64; one slice at a time to save memory."""
+    counts = np.zeros(highest + 1, dtype=np.int64)
+    for section in labels:
+        counts += np.bincount(section.ravel(), minlength=highest + 1)
+    return counts[1:]
+
+
+def _members(
+    segmentation: Segmentation, groups: Mapping[str, Sequence[int | str]], table: str | None
+) -> dict[str, list[tuple[int, int]]]:
+    """The (layer, label) pairs of each structure; every pair at most once."""
+    ids = {name: number for number, name in label_table(table).items()} if table else {}
+    owner: dict[tuple[int, int], str] = {}
+    members: dict[str, list[tuple[int, int]]] = {}
+    for structure, labels in groups.items():
+        if not labels:
+            raise InputError(f'Structure "{structure}" has no labels: list at least one, or remove it.')
+        members[structure] = []
+        for label in labels:
+            is_table_name = label in ids and not segmentation.has_segment(label)
+            pair = segmentation.find(ids[label] if is_table_name else label, structure)
+            if pair in owner:
+                twice = "twice" if owner[pair] == structure else f'by structure "{owner[pair]}" too'
+                raise InputError(
+                    f'Structure "{structure}" lists label {label!r}, which is listed {twice}: keep it in one '
+                    "place."
+                )
+            owner[pair] = structure
+            members[structure].append(pair)
+    return members
+
+
+def _layer_lookup(
+    segmentation: Segmentation, members: Mapping[str, list[tuple[int, int]]], names: Sequence[str]
+) -> dict[int, dict[int, int]]:
+    """For every layer that is used, {label: structure's number from 1}."""
+    lookup: dict[int, dict[int, int]] = {}
+    for structure, pairs in members.items():
+        for layer, label in pairs:
+            lookup.setdefault(layer, {})[label] = names.index(structure) + 1
+    return lookup
+
+
+def _look_up(labels: np.ndarray, numbers: Mapping[int, int]) -> np.ndarray:
+    """Replace every label by its structure's number, 0 where it has none."""
+    highest = max(int(labels.max()), max(numbers))
+    table = np.zeros(highest + 1, dtype=np.int16)
+    for label, number in numbers.items():
+        table[label] = number
+    return table[labels]
+
+
+def _merge(labels: np.ndarray, claim: np.ndarray, counts: np.ndarray, names: Sequence[str]) -> list[str]:
+    """Add one layer's claims to the labels in place; the smaller structure keeps what both claim."""
+    warnings = []
+    both = np.flatnonzero((labels > 0) & (claim > 0) & (labels != claim))
+    old, new = labels.ravel()[both], claim.ravel()[both]
+    for first, second in sorted(set(zip(old.tolist(), new.tolist(), strict=True))):
+        shared = int(np.count_nonzero((old == first) & (new == second)))
+        smaller, _ = sorted((first, second), key=lambda number: (counts[number - 1], number))
+        share = shared / counts[smaller - 1]
+        if share > OVERLAP_TOLERANCE:
+            raise InputError(
+                f'Structures "{names[first - 1]}" and "{names[second - 1]}" overlap in {shared} voxels '
+                f'({100 * share:.1f} % of "{names[smaller - 1]}", at most {100 * OVERLAP_TOLERANCE:g} % '
+                "may): correct the segments or put both into one structure."
+            )
+        warnings.append(
+            f'Structures "{names[first - 1]}" and "{names[second - 1]}" overlap in {shared} voxels; '
+            f'they were given to "{names[smaller - 1]}", the smaller one.'
+        )
+    take = claim > 0
+    if both.size:
+        keep_old = counts[old - 1] < counts[new - 1]
+        keep_old |= (counts[old - 1] == counts[new - 1]) & (old < new)
+        take.ravel()[both[keep_old]] = False
+    np.copyto(labels, claim, where=take)
+    return warnings

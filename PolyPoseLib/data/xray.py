@@ -1,0 +1,146 @@
+"""One X-ray read from a file: line integrals, a mask, K, an initial camera, and where every number came
+from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from PolyPoseLib.data.landmarks import Landmarks
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.camera import require_intrinsics
+from PolyPoseLib.geometry.carm import with_isocenter
+from PolyPoseLib.geometry.rigid import require_rigid
+
+CAMERA_STATES = ("known", "initial", "absent")
+
+DISTANCE_RANGE_MM = (50.0, 20000.0)
+"""From an X-ray's source to its detector or isocentre."""
+
+
+@dataclass(frozen=True, eq=False)
+class Xray:
+    """One X-ray; an Xray that exists is valid.
+
+    Attributes:
+        image: (H, W) float32 line integrals, unitless: larger behind bone. As seen from the source.
+        mask: (H, W) bool, True where the image may be used.
+        intrinsics: K (3, 3) in pixels of `image`, centres at whole numbers.
+        extrinsic: (4, 4) world LPS mm to camera, None when absent.
+        camera: "known", "initial" (a guess to refine) or "absent".
+        pixel_spacing_mm: at the detector, (between rows, between columns).
+        source_to_detector_mm: distance from the source to the detector.
+        name: shown to people.
+        provenance: where every number came from, one line each.
+        warnings: what looks doubtful, one line each.
+        initial_radius: (degrees, mm) within which the truth is expected around a guess, None when unknown.
+        mirrored: whether `image` is the file's image with its columns in reverse order.
+        isocenter: (3,) LPS mm, the point that a guess from DICOM puts at the isocentre; None for other
+            extrinsics.
+        table_mm: (3,) LPS mm, how far the table had carried the patient, from the file's own zero; or None.
+        standard_view: one of geometry.standard_views.STANDARD_VIEWS, or None.
+        landmarks: points with pixels of `image`, or None.
+        rig: the camera's place in a rig whose cameras keep their relative pose, or None.
+
+    Raises:
+        InputError: from the constructor, when a shape or a rule is broken.
+
+    """
+
+    image: np.ndarray
+    mask: np.ndarray
+    intrinsics: np.ndarray
+    extrinsic: np.ndarray | None
+    camera: str
+    pixel_spacing_mm: tuple[float, float]
+    source_to_detector_mm: float
+    name: str = ""
+    provenance: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    initial_radius: tuple[float, float] | None = None
+    mirrored: bool = False
+    isocenter: tuple[float, float, float] | None = None
+    table_mm: tuple[float, float, float] | None = None
+    standard_view: str | None = None
+    landmarks: Landmarks | None = None
+    rig: RigPose | None = None
+
+    def __post_init__(self) -> None:
+        """Validate, and fix the types."""
+        label = f'The X-ray "{self.name}"'
+        image = np.ascontiguousarray(self.image, dtype=np.float32)
+        mask = np.ascontiguousarray(self.mask, dtype=bool)
+        if image.ndim != 2 or mask.shape != image.shape:
+            raise InputError(f"{label} needs an image (H, W) and a mask of the same shape.")
+        if not np.isfinite(image).all() or not mask.any():
+            raise InputError(f"{label} needs finite pixels and a mask that leaves some of them.")
+        if self.camera not in CAMERA_STATES or (self.camera == "absent") != (self.extrinsic is None):
+            raise InputError(f'{label} has the camera "{self.camera}", which does not fit its extrinsic.')
+        extrinsic = None if self.extrinsic is None else require_rigid(self.extrinsic, f"{label}: extrinsic")
+        fixed = {
+            "image": image,
+            "mask": mask,
+            "intrinsics": require_intrinsics(self.intrinsics),
+            "extrinsic": extrinsic,
+            "pixel_spacing_mm": tuple(float(part) for part in self.pixel_spacing_mm),
+            "source_to_detector_mm": float(self.source_to_detector_mm),
+            "provenance": tuple(self.provenance),
+            "warnings": tuple(self.warnings),
+        }
+        for key, value in fixed.items():
+            object.__setattr__(self, key, value)
+
+    def placed_at(self, isocenter: ArrayLike) -> Xray:
+        """Return the X-ray with a guess from angles moved so that this point (3,) LPS mm is at the isocentre.
+
+        Other X-rays, and those whose isocentre was told, are returned as they are.
+        """
+        if self.isocenter is None or self.extrinsic is None or np.any(self.isocenter):
+            return self
+        point = tuple(float(part) for part in np.asarray(isocenter, dtype=np.float64))
+        return replace(self, extrinsic=with_isocenter(self.extrinsic, self.isocenter, point), isocenter=point)
+
+
+def place_isocenter(xrays: Sequence[Xray], isocenter: ArrayLike) -> tuple[Xray, ...]:
+    """Place the guesses of several X-rays on one point of the patient, minding how the table moved between
+    them.
+
+    Args:
+        xrays: of one patient and session.
+        isocenter: (3,) LPS mm, the point at the isocentre in the first view whose guess comes from DICOM.
+
+    Returns:
+        The X-rays in their order; those whose camera is given or absent, or whose isocentre was told, are unchanged.
+
+    """
+    point = np.asarray(isocenter, dtype=np.float64)
+    zero = next((np.array(xray.table_mm) for xray in xrays if xray.isocenter and xray.table_mm), None)
+    placed = []
+    for xray in xrays:
+        moved = np.zeros(3) if zero is None or xray.table_mm is None else np.array(xray.table_mm) - zero
+        placed.append(xray.placed_at(point - moved))
+    return tuple(placed)
+
+
+@dataclass(frozen=True, eq=False)
+class RigPose:
+    """Where one camera of a rig stands.
+
+    name: of the rig; extrinsic: (4, 4) from the rig's own world (mm), whatever that is, to this camera; frame: which
+    world that is, one of CALIBRATION_FRAMES.  Cameras with different frames are not related.
+
+    Raises InputError when the extrinsic is not rigid and finite.
+    """
+
+    name: str
+    extrinsic: np.ndarray
+    frame: str = "own"
+
+    def __post_init__(self) -> None:
+        """Validate."""
+        where = f'The place in the rig "{self.name}"'
+        object.__setattr__(self, "extrinsic", require_rigid(self.extrinsic, where))

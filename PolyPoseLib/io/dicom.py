@@ -1,0 +1,279 @@
+"""Opening one DICOM X-ray safely and looking up its attributes for one frame."""
+
+from __future__ import annotations
+
+import logging
+import math
+import re
+import warnings
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from PolyPoseLib.data.notes import Notes
+from PolyPoseLib.errors import InputError
+
+if TYPE_CHECKING:
+    from pydicom.dataset import Dataset
+
+if TYPE_CHECKING:
+    from pydicom.dataset import Dataset
+
+XRAY_MODALITIES = ("XA", "RF", "CR", "DX", "MG", "RTIMAGE", "IO", "PX", "RG", "DG", "XC", "OT", "SC")
+"""Modalities (0008,0060) that hold projections; OT and SC are taken with a warning."""
+
+MAX_PIXELS = 1 << 26
+"""Largest frame that is decoded: 8192 x 8192, more than any detector has."""
+
+_DEFLATED = ("1.2.840.10008.1.2.1.99",)
+MAX_INFLATED_BYTES = 1 << 30
+"""Most that a deflated file may hold."""
+
+
+@contextmanager
+def quiet_pydicom() -> Iterator[None]:
+    """Silence pydicom's warnings and log, which repeat values, a patient's name among them."""
+    logger = logging.getLogger("pydicom")
+    disabled = logger.disabled
+    logger.disabled = True
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logger.disabled = disabled
+
+
+def looks_like_dicom(path: Path) -> bool:
+    """Whether the file starts as DICOM does: a preamble with DICM, or an element of group 0002 or 0008."""
+    with path.open("rb") as stream:
+        head = stream.read(132)
+    if head[128:132] == b"DICM":
+        return True
+    return head[:2] in (b"\x02\x00", b"\x08\x00", b"\x00\x08") and len(head) > 8
+
+
+def open_dicom(path: Path, where: str) -> Dataset:
+    """Read one DICOM file, its preamble and file meta information being optional.
+
+    Args:
+        path: the file.
+        where: opening of the sentences of errors.
+
+    Raises:
+        InputError: not DICOM, cut short, without pixels, or not an X-ray.
+
+    """
+    if not looks_like_dicom(path):
+        raise InputError(
+            f"{where} does not begin like a DICOM file; give the X-ray as DICOM, or as NIfTI, NRRD, PNG or TIFF with "
+            "the usual ending."
+        )
+    import pydicom
+
+    _refuse_inflating(path, where)
+    with quiet_pydicom():
+        try:
+            dataset = pydicom.dcmread(path, force=True)
+            complete_meta(dataset)
+            rows, columns = dataset.get("Rows"), dataset.get("Columns")
+            modality = str(dataset.get("Modality") or "").strip().upper()
+            has_pixels = any(
+                key in dataset for key in ("PixelData", "FloatPixelData", "DoubleFloatPixelData")
+            )
+        except Exception:
+            raise InputError(
+                f"{where} is damaged or cut short: its DICOM header cannot be read; copy the file again."
+            ) from None
+    if modality and modality not in XRAY_MODALITIES:
+        shown = modality if re.fullmatch(r"[A-Z0-9_]{2,16}", modality) else "unknown"
+        raise InputError(
+            f"{where} is a DICOM object of modality {shown}, not an X-ray; give an XA, RF, CR, DX, MG or "
+            "RTIMAGE file."
+        )
+    if not has_pixels:
+        raise InputError(
+            f"{where} holds no pixel data (7FE0,0010): it is only a header or was cut short; give the image's file."
+        )
+    _check_size(rows, columns, where)
+    return dataset
+
+
+def _check_size(rows: Any, columns: Any, where: str) -> None:
+    """Refuse sizes that are absent or that no detector has, before anything is allocated."""
+    if not (isinstance(rows, int) and isinstance(columns, int) and rows > 0 and columns > 0):
+        raise InputError(f"{where} does not say how many rows and columns it has; export the image again.")
+    if rows * columns > MAX_PIXELS:
+        raise InputError(
+            f"{where} claims {rows} x {columns} pixels, more than the {MAX_PIXELS} that are read; "
+            "its header is wrong, export the image again."
+        )
+
+
+def complete_meta(dataset: Dataset) -> None:
+    """Give a file without file meta information the transfer syntax that it was read with."""
+    from pydicom.dataset import FileMetaDataset
+    from pydicom.uid import ExplicitVRBigEndian, ExplicitVRLittleEndian, ImplicitVRLittleEndian
+
+    if getattr(dataset, "file_meta", None) is None:
+        dataset.file_meta = FileMetaDataset()
+    if "TransferSyntaxUID" not in dataset.file_meta:
+        implicit, little = dataset.original_encoding
+        explicit = ExplicitVRLittleEndian if little else ExplicitVRBigEndian
+        dataset.file_meta.TransferSyntaxUID = ImplicitVRLittleEndian if implicit else explicit
+    str(dataset.file_meta.TransferSyntaxUID)
+
+
+def _refuse_inflating(path: Path, where: str) -> None:
+    """Refuse a deflated file that would grow beyond what an X-ray can be."""
+    from pydicom.filereader import read_file_meta_info, read_preamble
+
+    try:
+        with quiet_pydicom():
+            syntax = str(read_file_meta_info(path).get("TransferSyntaxUID", ""))
+    except Exception:
+        return
+    if syntax not in _DEFLATED:
+        return
+    with path.open("rb") as stream:
+        read_preamble(stream, force=True)
+        meta = read_file_meta_info(path)
+        stream.seek(144 + int(meta.get("FileMetaInformationGroupLength", 0)))
+        inflate, total = zlib.decompressobj(-zlib.MAX_WBITS), 0
+        while chunk := inflate.unconsumed_tail or stream.read(1 << 16):
+            try:
+                total += len(inflate.decompress(chunk, 1 << 20))
+            except zlib.error:
+                return
+            if total > MAX_INFLATED_BYTES:
+                raise InputError(
+                    f"{where} is compressed and grows beyond {MAX_INFLATED_BYTES >> 20} MiB; it cannot be one X-ray."
+                )
+
+
+def choose_frame(dataset: Dataset, frame: int | None, notes: Notes) -> int:
+    """Frame to use, counted from 0: the one asked for, or the middle one with a warning.
+
+    Raises:
+        InputError: the frame asked for does not exist.
+
+    """
+    try:
+        count = max(int(dataset.get("NumberOfFrames") or 1), 1)
+    except (TypeError, ValueError):
+        count = 1
+    if frame is not None:
+        if not 0 <= frame < count:
+            raise InputError(
+                f'{notes.where} has {count} frame{"s" * (count > 1)}, so "frame" {frame} does not exist; give '
+                f"a number from 0 to {count - 1}."
+            )
+        if count > 1:
+            notes.say(f"frame {frame} of {count} (counted from 0) as asked")
+        return frame
+    if count > 1:
+        notes.say(f"frame {count // 2} of {count} (counted from 0), the middle one")
+        notes.warn(
+            f'{count} frames and none chosen: the middle one, {count // 2} (counted from 0), is used; add "frame" '
+            "to choose another."
+        )
+    return count // 2 if count > 1 else 0
+
+
+class XrayTags:
+    """Attributes that hold for one frame: per frame, then shared functional groups, then the file.
+
+    Values that are empty or unreadable count as absent.
+    """
+
+    def __init__(self, dataset: Dataset, frame: int = 0) -> None:
+        """Take the dataset and the frame, counted from 0."""
+        self.dataset = dataset
+        self.frame = frame
+        self._groups = [
+            group
+            for name, index in (
+                ("PerFrameFunctionalGroupsSequence", frame),
+                ("SharedFunctionalGroupsSequence", 0),
+            )
+            for group in self._macro_items(name, index)
+        ]
+
+    def _macro_items(self, name: str, index: int) -> list[Dataset]:
+        """First items of the macros of one functional group."""
+        groups = self.raw(name, self.dataset) or []
+        if index >= len(groups):
+            return []
+        return [element.value[0] for element in groups[index] if element.VR == "SQ" and len(element.value)]
+
+    @staticmethod
+    def raw(keyword: str, dataset: Dataset) -> Any:
+        """Value of one attribute of one dataset, None when absent, empty or unreadable."""
+        with quiet_pydicom():
+            try:
+                value = dataset.get(keyword)
+            except Exception:
+                return None
+        return None if value is None or (isinstance(value, str) and not value.strip()) else value
+
+    def value(self, keyword: str) -> Any:
+        """Value that holds for the frame, or None."""
+        for dataset in (*self._groups, self.dataset):
+            found = self.raw(keyword, dataset)
+            if found is not None:
+                return found
+        return None
+
+    def text(self, keyword: str) -> str:
+        """Value as upper-case text, "" when absent; the values of a list are joined by a backslash."""
+        found = self.value(keyword)
+        if found is None:
+            return ""
+        return "\\".join(self.texts(keyword)) if not isinstance(found, str) else found.strip().upper()
+
+    def texts(self, keyword: str) -> tuple[str, ...]:
+        """Values as upper-case texts."""
+        found = self.value(keyword)
+        if found is None:
+            return ()
+        parts = [found] if isinstance(found, str | int | float) else list(found)
+        return tuple(str(part).strip().upper() for part in parts)
+
+    def numbers(self, keyword: str, count: int | None = None) -> tuple[float, ...] | None:
+        """Finite numbers of an attribute, None when absent, not numbers, or not `count` of them."""
+        try:
+            numbers = tuple(float(part) for part in self.texts(keyword))
+        except ValueError:
+            return None
+        if not numbers or not all(map(math.isfinite, numbers)) or count not in (None, len(numbers)):
+            return None
+        return numbers
+
+    def number(self, keyword: str) -> float | None:
+        """First finite number of an attribute, or None."""
+        numbers = self.numbers(keyword)
+        return numbers[0] if numbers else None
+
+
+def refuse_short(dataset: Dataset, where: str) -> None:
+    """Compare the length of uncompressed pixel data with what the header promises; raises InputError.
+
+    A toolkit that is not stopped here fills the rest with whatever the memory held.
+    """
+    try:
+        if dataset.file_meta.TransferSyntaxUID.is_encapsulated or "PixelData" not in dataset:
+            return
+        samples = int(dataset.get("SamplesPerPixel") or 1)
+        frames = max(int(dataset.get("NumberOfFrames") or 1), 1)
+        expected = dataset.Rows * dataset.Columns * samples * frames * int(dataset.BitsAllocated) // 8
+        if dataset.get("PhotometricInterpretation") == "YBR_FULL_422":
+            expected = expected * 2 // 3
+    except Exception:  # pydicom raises nearly every kind for values that are none
+        raise InputError(f"{where} does not say how its pixels are stored; export the image again.") from None
+    if len(dataset.PixelData) < expected:
+        raise InputError(
+            f"{where} is cut short: its header promises {expected} bytes of pixels and it holds "
+            f"{len(dataset.PixelData)}; copy the file again."
+        )

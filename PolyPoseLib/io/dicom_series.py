@@ -1,0 +1,381 @@
+"""A CT from DICOM slices: which series, in which order, and whether they form a straight, even grid."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from PolyPoseLib.data.shear import SHEAR_MEND, SHEAR_TOLERANCE_MM
+from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.dicom import XrayTags, complete_meta, quiet_pydicom, refuse_short
+from PolyPoseLib.io.files import refuse_special_file
+
+MAX_FILES = 20_000
+
+UNEVEN_TOLERANCE = 0.1
+"""Largest deviation of one slice's distance, as a share of the usual one (at least 0.1 mm, for rounding)."""
+
+_TAGS = [
+    "SOPClassUID", "SeriesInstanceUID", "SeriesNumber", "Modality", "ImageType", "Rows",
+    "Columns", "NumberOfFrames", "PixelSpacing", "ImagePositionPatient", "ImageOrientationPatient",
+    "SamplesPerPixel", "TransferSyntaxUID",
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Slice:
+    """One slice: where its first pixel is, and where to read it.
+
+    position: (3,) LPS mm, Image Position (Patient) (0020,0032).
+    rows_columns: (2, 3) unit vectors along a row and down a column, Image Orientation (0020,0037).
+    spacing: (between rows, between columns) mm, Pixel Spacing (0028,0030).
+    frame: of a multi-frame file, or None.
+    """
+
+    path: Path
+    position: np.ndarray
+    rows_columns: np.ndarray
+    spacing: tuple[float, float]
+    size: tuple[int, int]
+    frame: int | None = None
+
+    @property
+    def normal(self) -> np.ndarray:
+        """Unit vector across the slice, (3,)."""
+        return np.cross(self.rows_columns[0], self.rows_columns[1])
+
+
+def read_dicom_volume(path: str | Path, series: str | int | None = None) -> Volume:
+    """Read a folder of DICOM slices, or one multi-frame file, as Hounsfield units where they are a CT.
+
+    series: instance UID or number of the series where the folder holds several.
+    Raises InputError: no images, several series, one slice, gantry tilt, missing or uneven slices.
+    """
+    path = Path(path)
+    with _quiet():
+        headers = _headers(path)
+        chosen = _choose_series(path, headers, series)
+        slices = _enhanced_slices(*chosen[0]) if _is_multiframe(chosen) else _plain_slices(path, chosen)
+        slices = _sorted(slices)
+        affine = stack_affine(slices, str(path))
+        return Volume(_pixels(path, slices), affine)
+
+
+def stack_affine(slices: Sequence[Slice], name: str) -> np.ndarray:
+    """Affine (4, 4) of sorted slices; raises InputError when they are not a straight, even stack.
+
+    Positions decide, not Gantry/Detector Tilt (0018,1120): scanners that correct the tilt leave that filled
+    in.
+    """
+    if len(slices) < 2:
+        raise InputError(f"{name}: the series has one slice only: give the folder with the whole stack.")
+    first = slices[0]
+    for each in slices[1:]:
+        if not np.allclose(each.rows_columns, first.rows_columns, atol=1e-3):
+            raise InputError(
+                f"{name}: the slices have different orientations: choose one series by ct_series."
+            )
+        if each.size != first.size or not np.allclose(each.spacing, first.spacing, rtol=1e-3):
+            raise InputError(
+                f"{name}: the slices have different sizes or spacings: choose one series by ct_series."
+            )
+    positions = np.array([each.position for each in slices])
+    along = (positions - positions[0]) @ first.normal
+    _check_even(along, positions[0] @ first.normal, name)
+    drift = np.linalg.norm(positions - positions[0] - along[:, None] * first.normal, axis=1).max()
+    if drift > SHEAR_TOLERANCE_MM:
+        angle = np.degrees(np.arctan2(drift, along[-1]))
+        raise InputError(
+            f"{name}: the slices are sheared by {angle:.1f} degrees (gantry tilt): {SHEAR_MEND}."
+        )
+    affine = np.eye(4)
+    affine[:3, 0] = first.rows_columns[0] * first.spacing[1]
+    affine[:3, 1] = first.rows_columns[1] * first.spacing[0]
+    affine[:3, 2] = first.normal * along[-1] / (len(slices) - 1)
+    affine[:3, 3] = positions[0]
+    return affine
+
+
+def _check_even(along: np.ndarray, start: float, name: str) -> None:
+    """Refuse repeated, missing and uneven slices; along is each slice's way from the first in mm,
+    ascending.
+    """
+    steps = np.diff(along)
+    usual = float(np.median(steps))
+    if steps.min() < 0.01:
+        raise InputError(
+            f"{name}: {np.count_nonzero(steps < 0.01) + 1} slices lie at the same place (several phases or "
+            "repeats): keep one of each, or choose one series by ct_series."
+        )
+    tolerance = max(0.1, UNEVEN_TOLERANCE * usual)
+    worst = int(np.argmax(np.abs(steps - usual)))
+    between = f"between {start + along[worst]:.2f} and {start + along[worst + 1]:.2f} mm"
+    if abs(steps[worst] - usual) <= tolerance:
+        return
+    count = steps[worst] / usual
+    if count > 1.5 and abs(count - round(count)) * usual <= tolerance:
+        raise InputError(
+            f"{name}: {round(count) - 1} slice(s) are missing {between} (slices are {usual:.2f} mm apart): "
+            "export the whole series again."
+        )
+    raise InputError(
+        f"{name}: the slices are unevenly spaced ({steps[worst]:.2f} mm {between}, {usual:.2f} mm "
+        "elsewhere): resample the CT to an even grid first."
+    )
+
+
+def _headers(path: Path) -> list[tuple[Path, Any]]:
+    """(file, header) of every DICOM image under a folder, in the order of their names."""
+    import pydicom
+
+    refuse_special_file(path)
+    files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
+    if len(files) > MAX_FILES:
+        raise InputError(
+            f"{path}: the folder holds {len(files)} files: put the slices into a folder of their own."
+        )
+    headers = []
+    for file in files:
+        try:
+            header = pydicom.dcmread(file, stop_before_pixels=True, specific_tags=_TAGS)
+        except Exception:  # no DICOM, or too damaged to tell; pydicom raises nearly every kind
+            continue
+        if "Rows" in header and "SeriesInstanceUID" in header:
+            headers.append((file, header))
+    if not headers:
+        raise InputError(f"{path}: there is no DICOM image here: give a folder of CT slices.")
+    return headers
+
+
+def _choose_series(
+    path: Path, headers: list[tuple[Path, Any]], wanted: str | int | None
+) -> list[tuple[Path, Any]]:
+    """The files of the wanted series, or of the only one; localizers are left aside."""
+    groups: dict[str, list[tuple[Path, Any]]] = {}
+    for file, header in headers:
+        if not _is_localizer(header):
+            groups.setdefault(_text(header, "SeriesInstanceUID"), []).append((file, header))
+    if wanted is not None:
+        found = [
+            files
+            for uid, files in groups.items()
+            if uid == str(wanted) or _text(files[0][1], "SeriesNumber") == str(wanted)
+        ]
+        if len(found) != 1:
+            how = "no series has" if not found else f"{len(found)} series have"
+            raise InputError(
+                f'{path}: {how} the number or UID {wanted}: set "ct_series" to one of {_listing(groups)}.'
+            )
+        return found[0]
+    scans = {uid: files for uid, files in groups.items() if _text(files[0][1], "Modality", "CT") == "CT"}
+    if not scans:
+        kinds = ", ".join(sorted({_kind(header) for _, header in headers}))
+        raise InputError(f"{path}: there is no CT series here (found: {kinds}): give a folder of CT slices.")
+    if len(scans) > 1:
+        raise InputError(
+            f'{path}: there are {len(scans)} CT series: set "ct_series" to one of {_listing(scans)}.'
+        )
+    return next(iter(scans.values()))
+
+
+def _listing(groups: dict[str, list[tuple[Path, Any]]]) -> str:
+    """Number, size and UID of each series; its description is free text that may name the patient."""
+    numbers = [_text(files[0][1], "SeriesNumber") for files in groups.values()]
+    entries = []
+    for (uid, files), number in list(zip(groups.items(), numbers, strict=True))[:12]:
+        own = number.isdecimal() and numbers.count(number) == 1
+        entries.append(
+            f'{number} ({len(files)} slices, "{uid}")' if own else f'"{uid}" ({len(files)} slices)'
+        )
+    return "; ".join(entries) + ("; ..." if len(groups) > 12 else "")
+
+
+def _text(header: Any, tag: str, absent: str = "") -> str:
+    """An attribute as text; absent where it is missing or unreadable."""
+    value = XrayTags.raw(tag, header)
+    return absent if value is None else str(value).strip()
+
+
+def _kind(header: Any) -> str:
+    """Modality (0008,0060) as it may appear in a sentence."""
+    kind = _text(header, "Modality")
+    return kind if re.fullmatch(r"[A-Z0-9_]{2,16}", kind) else "unknown"
+
+
+def _whole(file: Path, header: Any, tag: str, absent: int | None = None) -> int:
+    """A whole number above 0 from a header; raises InputError when it is missing (unless absent is given) or odd."""
+    text = _text(header, tag, "" if absent is None else str(absent))
+    if not re.fullmatch(r"[0-9]{1,9}", text) or int(text) < 1:
+        raise InputError(
+            f"{file}: the image has no valid {tag}: remove the file, or export the series again."
+        )
+    return int(text)
+
+
+def _is_localizer(header: Any) -> bool:
+    """Whether an image is a scout view, by Image Type (0008,0008)."""
+    kind = XrayTags.raw("ImageType", header) or []
+    return "LOCALIZER" in ([kind] if isinstance(kind, str) else list(kind))
+
+
+def _is_multiframe(chosen: list[tuple[Path, Any]]) -> bool:
+    """Whether the series is one file with many frames."""
+    return len(chosen) == 1 and _whole(*chosen[0], "NumberOfFrames", 1) > 1
+
+
+def _plain_slices(path: Path, chosen: list[tuple[Path, Any]]) -> list[Slice]:
+    """Slices of single-frame files."""
+    return [_slice(file, header, header, None) for file, header in chosen]
+
+
+def _enhanced_slices(file: Path, header: Any) -> list[Slice]:
+    """Slices of an Enhanced CT file, from its functional groups (DICOM C.7.6.16)."""
+    import pydicom
+
+    whole = _whole_file(file)
+    shared = XrayTags.raw("SharedFunctionalGroupsSequence", whole) or [pydicom.Dataset()]
+    frames = XrayTags.raw("PerFrameFunctionalGroupsSequence", whole) or []
+    if len(frames) != _whole(file, header, "NumberOfFrames"):
+        raise InputError(
+            f"{file}: the multi-frame image has no position for each frame: export single slices."
+        )
+    slices = []
+    for number, frame in enumerate(frames):
+        place: dict[str, Any] = {}
+        for group, tags in (
+            ("PlanePositionSequence", ("ImagePositionPatient",)),
+            ("PlaneOrientationSequence", ("ImageOrientationPatient",)),
+            ("PixelMeasuresSequence", ("PixelSpacing",)),
+        ):
+            for tag in tags:
+                for source in (frame, shared[0]):
+                    macro = XrayTags.raw(group, source)
+                    if macro and tag in macro[0]:
+                        place.setdefault(tag, XrayTags.raw(tag, macro[0]))
+        slices.append(_slice(file, header, place, number))
+    return slices
+
+
+def _slice(file: Path, header: Any, place: Any, frame: int | None) -> Slice:
+    """One slice from its header; place holds position, orientation and spacing."""
+    wanted = (("ImagePositionPatient", 3), ("ImageOrientationPatient", 6), ("PixelSpacing", 2))
+    numbers = {}
+    for tag, length in wanted:
+        value = XrayTags.raw(tag, place)
+        try:
+            numbers[tag] = np.array([float(each) for each in value], dtype=np.float64)
+        except (TypeError, ValueError):
+            numbers[tag] = np.empty(0)
+        if numbers[tag].shape != (length,) or not np.isfinite(numbers[tag]).all():
+            raise InputError(
+                f"{file}: the slice has no valid {tag}: remove the file, or export the series again."
+            )
+    if (numbers["PixelSpacing"] <= 0).any():
+        raise InputError(f"{file}: PixelSpacing is zero: export the series again with its spacing.")
+    axes = numbers["ImageOrientationPatient"].reshape(2, 3)
+    if not np.allclose(axes @ axes.T, np.eye(2), atol=1e-2):
+        raise InputError(
+            f"{file}: ImageOrientationPatient is not two perpendicular unit vectors: export again."
+        )
+    axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    size = (_whole(file, header, "Rows"), _whole(file, header, "Columns"))
+    return Slice(file, numbers["ImagePositionPatient"], axes, tuple(numbers["PixelSpacing"]), size, frame)
+
+
+def _sorted(slices: list[Slice]) -> list[Slice]:
+    """Slices in ascending order along the first one's normal."""
+    normal = slices[0].normal
+    return sorted(slices, key=lambda each: float(each.position @ normal))
+
+
+def _pixels(path: Path, slices: Sequence[Slice]) -> np.ndarray:
+    """Voxels (k, j, i) with rescale slope and intercept applied (DICOM C.11.1)."""
+    import SimpleITK as sitk
+
+    if slices[0].frame is not None:
+        return _frame_pixels(slices)
+    for each in slices:
+        _whole_file(each.path)
+    reader = sitk.ImageSeriesReader()
+    reader.SetImageIO("GDCMImageIO")
+    reader.SetFileNames([str(each.path) for each in slices])
+    try:
+        image = reader.Execute()
+    except RuntimeError as error:
+        raise InputError(
+            f"{path}: the slices cannot be read (damaged or unknown compression): export again."
+        ) from error
+    if image.GetNumberOfComponentsPerPixel() != 1:
+        raise InputError(
+            f"{path}: the slices are colour images, not a CT: choose another series by ct_series."
+        )
+    return sitk.GetArrayFromImage(image)
+
+
+def _whole_file(path: Path) -> Any:
+    """The dataset of a file whose pixels are all there; raises InputError otherwise."""
+    import pydicom
+
+    try:
+        whole = pydicom.dcmread(path)
+        complete_meta(whole)
+        missing = "PixelData" not in whole or not whole.PixelData
+    except Exception:
+        raise InputError(
+            f"{path}: the DICOM header does not say how the pixels are stored, or is damaged: export the series "
+            "again."
+        ) from None
+    if missing:
+        raise InputError(f"{path}: the file holds no pixels: export the series again.")
+    refuse_short(whole, str(path))
+    return whole
+
+
+def _frame_pixels(slices: Sequence[Slice]) -> np.ndarray:
+    """Voxels of a multi-frame file in the order of its slices."""
+    import pydicom
+    from pydicom.pixels import apply_rescale
+
+    whole = _whole_file(slices[0].path)
+    try:
+        frames = whole.pixel_array
+    except Exception as error:
+        raise InputError(
+            f"{slices[0].path}: the frames cannot be decompressed: install the codecs (pip install "
+            "'polypose[codecs]') or export without compression."
+        ) from error
+    try:
+        groups = whole.PerFrameFunctionalGroupsSequence
+        shared = (whole.get("SharedFunctionalGroupsSequence") or [pydicom.Dataset()])[0]
+        voxels = []
+        for each in slices:
+            group = groups[each.frame].get("PixelValueTransformationSequence") or shared.get(
+                "PixelValueTransformationSequence"
+            )
+            voxels.append(apply_rescale(frames[each.frame], group[0] if group else whole))
+        return np.stack(voxels).astype(np.float32)
+    except Exception as error:  # pydicom raises nearly every kind for values that are none
+        raise InputError(
+            f"{slices[0].path}: the rescale slope or intercept of its frames cannot be read: export the series again."
+        ) from error
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Silence toolkit warnings about other people's headers while reading; they help no user."""
+    import SimpleITK as sitk
+
+    shown = sitk.ProcessObject.GetGlobalWarningDisplay()
+    sitk.ProcessObject.SetGlobalWarningDisplay(False)
+    try:
+        with quiet_pydicom():
+            yield
+    finally:
+        sitk.ProcessObject.SetGlobalWarningDisplay(shown)

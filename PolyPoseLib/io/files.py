@@ -1,0 +1,140 @@
+"""Files and folders that are read safely and written whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import shutil
+import stat
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from PolyPoseLib.errors import InputError
+
+_SPECIAL = (
+    (stat.S_ISFIFO, "a named pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
+
+_OURS = re.compile(
+    r"^(result\.json|transform\.h5|warped_ct\.nii\.gz|warped_labels\.nii\.gz|report\.png)$|^xray_\d+_drr\.nii\.gz$"
+)
+
+
+def refuse_special_file(path: Path, where: str | None = None) -> None:
+    """Refuse a pipe, a socket or a device, before it is opened: whoever opens one may wait for ever.
+
+    Links are followed.  A path that leads nowhere is left to whoever opens it, who can say more.
+
+    Args:
+        path: an input, file or folder.
+        where: opening of the sentence, the path when None.
+
+    Raises:
+        InputError: the path leads to something that is neither a file nor a folder.
+
+    """
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):
+        return
+    kind = next((kind for is_kind, kind in _SPECIAL if is_kind(mode)), None)
+    if kind is not None:
+        raise InputError(
+            f"{where or path}: this is {kind}, not a file: save what it would deliver as a file and give that."
+        )
+
+
+def check_destination(folder: str | Path, overwrite: bool) -> None:
+    """Refuse a destination that cannot take a result, before hours are spent on it; raises InputError.
+
+    Only a folder that is absent, empty, or an earlier result (with overwrite) will do: nothing else is
+    deleted.
+    """
+    folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: this is a file: choose a folder for --output.")
+    parent = folder.resolve().parent
+    if not parent.is_dir():
+        raise InputError(f"{folder}: the folder {parent} does not exist: make it first.")
+    if not os.access(parent, os.W_OK | os.X_OK):
+        raise InputError(
+            f"{folder}: nothing can be written in {parent}: check its permissions or choose another."
+        )
+    if not folder.is_dir():
+        return
+    names = sorted(each.name for each in folder.iterdir())
+    others = [name for name in names if not _OURS.match(name)]
+    if others:
+        raise InputError(
+            f'{folder}: the folder holds files that are no result ("{others[0]}"): choose a new or empty '
+            "folder."
+        )
+    if names and not overwrite:
+        raise InputError(f"{folder}: the folder already holds a result: choose another, or add --overwrite.")
+    if folder.is_symlink():
+        raise InputError(f"{folder}: this is a link: give the folder that it leads to.")
+
+
+@contextmanager
+def whole_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
+    """A temporary sibling that becomes the folder when the block succeeds and vanishes when it does not.
+
+    Raises InputError for what the system refuses (no space, no permission), with the mend.
+    """
+    check_destination(folder, overwrite)
+    target = folder.resolve()
+    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex[:8]}.partial")
+    try:
+        temporary.mkdir()
+        yield temporary
+        _replace(temporary, target)
+    except OSError as error:
+        raise InputError(_refusal(folder, error)) from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+def _replace(temporary: Path, target: Path) -> None:
+    """Put the temporary folder in the target's place; the old one is kept until that has worked."""
+    if not target.exists():
+        temporary.rename(target)
+        return
+    old = target.with_name(f".{target.name}.{uuid.uuid4().hex[:8]}.old")
+    target.rename(old)
+    try:
+        temporary.rename(target)
+    except OSError:
+        old.rename(target)
+        raise
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def _refusal(folder: Path, error: OSError) -> str:
+    """One sentence for an error of the system."""
+    if error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", None)):
+        reason = "no space is left on the disk: free some, or"
+    elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+        reason = "writing is not permitted here:"
+    else:
+        reason = f"the result could not be written ({error.strerror}):"
+    return f"{folder}: {reason} choose another --output; nothing was written."
+
+
+@contextmanager
+def replaced_whole(path: Path) -> Iterator[Path]:
+    """Give a path beside ``path`` to write to; at the end it takes its place, or is removed when something was raised.
+
+    The name keeps its ending, by which writers choose a format.
+    """
+    temporary = path.with_name(f".{uuid.uuid4().hex[:8]}-{path.name}")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)

@@ -1,0 +1,39 @@
+"""The image toolkit's reader for a file, chosen by the file's name alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PolyPoseLib.io.files import refuse_special_file
+
+if TYPE_CHECKING:
+    import SimpleITK as sitk
+
+NIFTI_ENDINGS = (".nii", ".nii.gz", ".hdr", ".img", ".img.gz")
+"""Names of NIfTI and Analyze images, in one file or in two."""
+
+_FORMATS = {
+    "NiftiImageIO": NIFTI_ENDINGS,
+    "NrrdImageIO": (".nrrd", ".nhdr"),
+    "MetaImageIO": (".mha", ".mhd"),
+    "PNGImageIO": (".png",),
+    "TIFFImageIO": (".tif", ".tiff"),
+    "JPEGImageIO": (".jpg", ".jpeg"),
+}
+
+
+def reader_for(path: Path) -> sitk.ImageFileReader:
+    """A reader of the format that the name's ending tells.
+
+    Left to itself, the toolkit looks at the content, and reads for example HDF5 under every name: a format that takes
+    voxels from other files, which nobody has checked.  Raises InputError for pipes and devices.
+    """
+    refuse_special_file(path)
+    import SimpleITK as sitk
+
+    reader = sitk.ImageFileReader()
+    reader.SetFileName(str(path))
+    name = path.name.lower()
+    reader.SetImageIO(next((kind for kind, endings in _FORMATS.items() if name.endswith(endings)), ""))
+    return reader

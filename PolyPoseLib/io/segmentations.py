@@ -1,0 +1,70 @@
+"""Read label maps and segmentations, names of segments included."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from PolyPoseLib.data.segmentation import Segment, Segmentation
+from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.errors import InputError
+
+_SEGMENT_FIELD = re.compile(r"^Segment([0-9]{1,9})_(ID|Name|LabelValue|Layer)$")
+
+
+def read_segmentation(path: str | Path) -> Segmentation:
+    """Read a label map or a .seg.nrrd; raises InputError naming the file and the mend."""
+    from PolyPoseLib.io import volumes as volume_files
+    from PolyPoseLib.io.volumes import read_volume
+
+    path = Path(path)
+    if path.is_dir() or not path.name.lower().endswith((".nrrd", ".nhdr")):
+        return Segmentation.from_labels(read_volume(path), str(path))
+    image = volume_files.read_image(path)
+    segments = _segments({key: image.GetMetaData(key) for key in image.GetMetaDataKeys()}, path)
+    if not segments:
+        return Segmentation.from_labels(Volume.from_sitk(volume_files.read_scalar_image(path)), str(path))
+    return Segmentation(_layers(image, path), segments, str(path))
+
+
+def _layers(image, path: Path) -> tuple[Volume, ...]:
+    """The layers of a vector or four-dimensional image as volumes."""
+    import SimpleITK as sitk
+
+    if image.GetDimension() == 4:
+        size = image.GetSize()
+        parts = [sitk.Extract(image, [*size[:3], 0], [0, 0, 0, n]) for n in range(size[3])]
+    elif image.GetNumberOfComponentsPerPixel() > 1:
+        parts = [
+            sitk.VectorIndexSelectionCast(image, n) for n in range(image.GetNumberOfComponentsPerPixel())
+        ]
+    else:
+        parts = [image]
+    try:
+        return tuple(Volume.from_sitk(part) for part in parts)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _segments(fields: dict[str, str], path: Path) -> tuple[Segment, ...]:
+    """The segments that a .seg.nrrd names in its fields Segment{N}_ID, _Name, _LabelValue and _Layer.
+
+    Older files keep one segment a layer with label 1 and give neither LabelValue nor Layer.
+    """
+    numbered: dict[int, dict[str, str]] = {}
+    for key, value in fields.items():
+        match = _SEGMENT_FIELD.match(key)
+        if match:
+            numbered.setdefault(int(match[1]), {})[match[2]] = value.strip()
+    segments = []
+    for number, values in sorted(numbered.items()):
+        identifier = values.get("ID", f"Segment_{number}")
+        try:
+            layer, label = int(values.get("Layer", number)), int(values.get("LabelValue", 1))
+        except ValueError as error:
+            raise InputError(
+                f"{path}: segment {number} has a Layer or LabelValue that is not a whole number: export it "
+                "again."
+            ) from error
+        segments.append(Segment(identifier, values.get("Name", identifier), layer, label))
+    return tuple(segments)

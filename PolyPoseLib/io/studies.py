@@ -1,0 +1,111 @@
+"""Read a study from its JSON file and the images that it names."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from PolyPoseLib.data.segmentation import Segmentation
+from PolyPoseLib.data.structures import build_structures
+from PolyPoseLib.data.study import Study
+from PolyPoseLib.data.volume import Volume, odd_hounsfield_values
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io import paths as study_paths
+from PolyPoseLib.io import study_schema
+from PolyPoseLib.io.segmentations import read_segmentation
+from PolyPoseLib.io.volumes import read_ct
+from PolyPoseLib.io.xray.read import read_xray
+
+if TYPE_CHECKING:
+    from PolyPoseLib.data.xray import Xray
+
+
+_LOG = logging.getLogger(__name__)
+
+
+def load_study(path: str | Path, allow_outside: bool = False) -> Study:
+    """Read a study file and everything that it names.
+
+    Raises InputError: one sentence that names the file, the field and the mend, for whatever is wrong.
+    Files outside the study's folder are read only with allow_outside.
+    """
+    path = Path(path)
+    fields = study_schema.read(path)
+    folder = path.parent.resolve()
+    try:
+        ct_path = study_paths.resolve(fields["ct"], "ct", folder, allow_outside)
+        labels_path = study_paths.resolve(fields["segmentation"], "segmentation", folder, allow_outside)
+        options = _with_paths(fields.get("options") or {}, folder, allow_outside)
+        entries = [
+            {
+                name: study_paths.resolve(value, f'xrays"[{number}]."{name}', folder, allow_outside)
+                if name in ("image", "mask", "calibration") and value is not None
+                else value
+                for name, value in xray.items()
+            }
+            for number, xray in enumerate(fields["xrays"])
+        ]
+        study_paths.require_different_images([(each["image"], each.get("frame")) for each in entries])
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    xrays = tuple(_read_xray(entry, f'{path}: "xrays"[{number}]') for number, entry in enumerate(entries))
+    ct = read_ct(ct_path, fields.get("ct_series"))
+    segmentation = read_segmentation(labels_path)
+    try:
+        structures, odd_structures = build_structures(
+            segmentation, fields["structures"], ct, fields.get("label_table")
+        )
+    except InputError as error:
+        raise InputError(f'{path}: "structures": {error}') from error
+    warnings = (*odd_hounsfield_values(ct, fields["ct"]), *odd_structures, *_few_views(xrays))
+    for warning in warnings:
+        _LOG.warning(warning)
+    return Study(
+        ct=ct,
+        structures=structures,
+        anchor=fields["anchor"],
+        xrays=xrays,
+        options=options,
+        warnings=warnings,
+        source_segmentation=_whole_label_map(segmentation, ct),
+    )
+
+
+def _with_paths(options: Mapping[str, Any], folder: Path, allow_outside: bool) -> dict[str, Any]:
+    """Options whose paths were relative to the study's folder."""
+    options = dict(options)
+    if options.get("camera_model") is not None:
+        path = study_paths.resolve(options["camera_model"], 'options"."camera_model', folder, allow_outside)
+        options["camera_model"] = str(path)
+    if options.get("preview") is not None:
+        path = study_paths.resolve_output(options["preview"], 'options"."preview', folder, allow_outside)
+        options["preview"] = str(path)
+    return options
+
+
+def _read_xray(fields: Mapping[str, Any], where: str) -> Xray:
+    """Read one X-ray, whose paths are resolved, and log where its numbers come from."""
+    path = fields["image"]
+    try:
+        xray = read_xray(path, fields={**fields, "image": path.name}, frame=fields.get("frame"))
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
+    for line in xray.provenance:
+        _LOG.info("%s: %s", xray.name, line)
+    for line in xray.warnings:
+        _LOG.warning("%s: %s", xray.name, line)
+    return xray
+
+
+def _few_views(xrays: tuple[Xray, ...]) -> tuple[str, ...]:
+    """A warning about a single view."""
+    if len(xrays) > 1:
+        return ()
+    return ("There is one X-ray only: how far a structure moved along its rays is poorly known.",)
+
+
+def _whole_label_map(segmentation: Segmentation, ct: Volume) -> Volume | None:
+    """The segmentation's one layer on the CT's grid."""
+    return None if segmentation.has_layers else segmentation.on_grid(0, ct)

@@ -1,0 +1,72 @@
+"""ITK transform files that hold one displacement field, and the preview that a run writes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.files import replaced_whole
+
+TRANSFORM_ENDINGS = (".h5", ".hdf5")
+"""Of the names of transform files."""
+
+
+def write_transform(field: DisplacementField, path: str | Path) -> None:
+    """Write an ITK transform file (.h5) that Slicer, SimpleITK and ANTs read.
+
+    Raises InputError when the name does not end in .h5 or .hdf5, or the file cannot be written.
+    """
+    import SimpleITK as sitk
+
+    path = Path(path)
+    if path.suffix.lower() not in TRANSFORM_ENDINGS:
+        raise InputError(f"{path}: a displacement field is stored as HDF5; let the name end in .h5.")
+    try:
+        sitk.WriteTransform(field.to_sitk_transform(), str(path))
+    except RuntimeError as error:
+        raise InputError(
+            f"{path}: cannot be written ({last_line(error)}); choose a folder you may write to."
+        ) from error
+
+
+def read_transform(path: str | Path) -> DisplacementField:
+    """Read an ITK transform file that holds one displacement field; raises InputError for any other."""
+    import SimpleITK as sitk
+
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file; give a transform written by PolyPose.")
+    try:
+        transform = sitk.DisplacementFieldTransform(sitk.ReadTransform(str(path)))
+    except (RuntimeError, ValueError) as error:
+        raise InputError(
+            f"{path}: does not hold a displacement field ({last_line(error)}); "
+            "give a transform.h5 written by PolyPose."
+        ) from error
+    return DisplacementField.from_sitk_image(transform.GetDisplacementField())
+
+
+def preview_writer(path: Path) -> Callable[[DisplacementField], str | None]:
+    """Replaces the preview file as a whole, so that a reader never sees half of it.
+
+    Raises InputError, before anything is computed, when no transform can be written there.
+    """
+    if path.suffix.lower() not in TRANSFORM_ENDINGS or not path.parent.is_dir():
+        raise InputError(
+            f'Option "preview" is "{path}": name a file that ends in .h5, in a folder that exists.'
+        )
+
+    def write(field: DisplacementField) -> str | None:
+        with replaced_whole(path) as temporary:
+            write_transform(field, temporary)
+        return str(path)
+
+    return write
+
+
+def last_line(error: Exception) -> str:
+    """The last line of an ITK error, which is the one that says what happened."""
+    lines = str(error).strip().splitlines()
+    return lines[-1].strip() if lines else type(error).__name__

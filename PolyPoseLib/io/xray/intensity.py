@@ -1,0 +1,191 @@
+"""From pixel values to line integrals: what a value means, and the conversion.
+
+A line integral is -log(I / I0), unitless: 0 where nothing stood in the beam, larger behind bone. Five
+meanings of a pixel value v are told apart (the first four may be given as the field "intensity"):
+
+- "transmission": v is proportional to the beam's intensity. I0 is the field "unattenuated", or the
+  99.9th percentile of the usable pixels, which is the direct beam where the image shows any and otherwise
+  only the brightest tissue: then every line integral is too low by one constant, which similarities ignore.
+  I is clamped from half a stored step to I0.
+- "log_transmission": v falls linearly with the line integral. Its scale is unknown: the 0.1th to
+  99.9th percentiles are mapped to 5 to 0.
+- "attenuation": v rises linearly with the line integral, mapped from 0 to 5 in the same way.
+- "line_integral": v is the line integral.
+- "inverse_transmission" (from tags only): the largest value minus v is proportional to the intensity.
+"""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+
+from PolyPoseLib.data.notes import Notes
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.dicom import XrayTags
+
+INTENSITIES = ("attenuation", "transmission", "log_transmission", "line_integral")
+"""Values of the field "intensity" (or "polarity")."""
+
+NOMINAL_SPAN = 5.0
+"""Line integral that the brightest bone of an image without a physical scale is given."""
+
+PRIVATE_GROUP, PRIVATE_CREATOR = 0x0011, "POLYPOSE"
+"""Private block of simulated images: element 1 is I0; 2 and 3 are slope and intercept to line integrals."""
+
+_FLUOROSCOPY = ("XA", "RF", "XC")
+
+
+def intensity_of_tags(tags: XrayTags, order: int, notes: Notes) -> str:
+    """Decide what the values of a DICOM frame mean (PS3.3 C.8.11.3.1.2, C.8.7.1).
+
+    The Pixel Intensity Relationship (0028,1040) and its Sign (0028,1041) describe stored values and count
+    first; fluoroscopy without a sign rises with the beam. Images that a radiograph's vendor processed for
+    presentation are never taken as proportional to the beam, and their sign yields to the display, where
+    bone is bright. Without the relationship, fluoroscopy is dark behind bone, and radiographs and RT images
+    bright behind bone once MONOCHROME1 or the presentation LUT's INVERSE is undone.
+
+    Args:
+        tags: the frame's attributes.
+        order: 1 when the values rise with the stored ones after the Modality LUT, -1 when they fall.
+        notes: receives the decision and its doubts.
+
+    Returns:
+        One of the meanings in this module's description.
+
+    """
+    modality, relationship = tags.text("Modality"), tags.text("PixelIntensityRelationship")
+    sign = tags.number("PixelIntensityRelationshipSign")
+    fluoroscopy = modality in _FLUOROSCOPY
+    photometric = tags.text("PhotometricInterpretation")
+    inverted = photometric == "MONOCHROME1" or tags.text("PresentationLUTShape") == "INVERSE"
+    presented = tags.text("PresentationIntentType") == "FOR PRESENTATION"
+    if fluoroscopy and inverted:
+        notes.warn(
+            f"{modality} images are MONOCHROME2, this one is {photometric}: bone is taken as dark in the stored "
+            'values; if that is wrong, add "intensity": "attenuation".'
+        )
+    display_sign = 1 if fluoroscopy or inverted else -1
+    if relationship in ("LIN", "LOG"):
+        stated = int(sign) if sign in (1, -1) else None
+        beam_sign = stated or (1 if fluoroscopy else display_sign)
+        if stated and presented and not fluoroscopy and stated != display_sign:
+            beam_sign = display_sign
+            notes.warn(
+                f"the intensity relationship's sign (0028,1041) {stated:+d} contradicts {photometric}, which shows "
+                'bone bright; the display is believed; if that is wrong, add "intensity".'
+            )
+        why = f"pixel intensity relationship {relationship}, sign {beam_sign:+d}"
+        linearised = (
+            relationship == "LOG" and fluoroscopy and XrayTags.raw("ModalityLUTSequence", tags.dataset)
+        )
+        if (relationship == "LIN" and not presented) or linearised:
+            rising = 1 if linearised else beam_sign * order
+            notes.say(f"intensity: {why}{', made linear by the Modality LUT' if linearised else ''}")
+            return "transmission" if rising > 0 else "inverse_transmission"
+        why += ", processed for presentation" if presented else ""
+    else:
+        beam_sign = display_sign
+        why = f"{modality or 'unknown modality'}, {photometric or 'unknown photometric interpretation'}"
+        why += ", display values" if relationship == "DISP" else ", no pixel intensity relationship"
+        notes.warn(
+            f"bone is taken as {'dark' if beam_sign > 0 else 'bright'} in the stored values ({why}); if that is "
+            'wrong, add "intensity".'
+        )
+    notes.say(f"intensity: {why}")
+    return "log_transmission" if beam_sign * order > 0 else "attenuation"
+
+
+def own_calibration(tags: XrayTags) -> dict[str, float]:
+    """Exact scale that a simulated image carries: {"unattenuated"} or {"slope", "intercept"}, else empty."""
+    try:
+        block = tags.dataset.private_block(PRIVATE_GROUP, PRIVATE_CREATOR)
+    except KeyError:
+        return {}
+    found = {}
+    for name, offset in (("unattenuated", 1), ("slope", 2), ("intercept", 3)):
+        if offset in block:
+            value = block[offset].value
+            if isinstance(value, bytes) and len(value) == 8:
+                (value,) = struct.unpack("<d", value)
+            if isinstance(value, float) and np.isfinite(value):
+                found[name] = value
+    return found
+
+
+def line_integrals(
+    values: np.ndarray,
+    usable: np.ndarray,
+    meaning: str,
+    notes: Notes,
+    *,
+    unattenuated: float | None = None,
+    step: float = 0.0,
+    largest: float | None = None,
+) -> np.ndarray:
+    """Convert pixel values to line integrals (H, W) float32, unitless.
+
+    Args:
+        values: (H, W) pixel values.
+        usable: (H, W) bool, pixels inside shutters and borders; only they are looked at.
+        meaning: one of the meanings in this module's description.
+        notes: receives I0 or the scale.
+        unattenuated: I0, the value of the direct beam, for "transmission".
+        step: difference between neighbouring stored values; 0 for real numbers.
+        largest: value that "inverse_transmission" counts from; the largest usable one when None.
+
+    Raises:
+        InputError: a constant image, no positive intensity, or I0 that is not above 0.
+
+    """
+    seen = values[usable]
+    if seen.size == 0 or np.ptp(seen) == 0:
+        raise InputError(
+            f"{notes.where} is constant: it shows nothing; give the image that shows the patient."
+        )
+    if meaning == "line_integral":
+        notes.say("line integrals: the values themselves")
+        if seen.max() > 50 or seen.min() < -5:
+            notes.warn(
+                f"values from {seen.min():.4g} to {seen.max():.4g} are unusual for line integrals (0 to about 15); "
+                'if they are gray values, add "intensity": "attenuation" or "transmission".'
+            )
+        return values.astype(np.float32)
+    if meaning in ("attenuation", "log_transmission"):
+        return _affine(values, seen, meaning, notes)
+    if meaning == "inverse_transmission":
+        top = float(seen.max()) if largest is None else largest
+        notes.say(f"intensity counted down from {top:g}")
+        values, seen = top - values, top - seen
+    return _negative_log(values, seen, notes, unattenuated, step)
+
+
+def _affine(values: np.ndarray, seen: np.ndarray, meaning: str, notes: Notes) -> np.ndarray:
+    """Scale values that are linear in the line integral but without a unit."""
+    low, high = (float(edge) for edge in np.percentile(seen, (0.1, 99.9)))
+    if high <= low:
+        low, high = float(seen.min()), float(seen.max())
+    notes.say(
+        f"line integrals: affine, {low:g} to {high:g} as {'0 to 5' if meaning == 'attenuation' else '5 to 0'}"
+    )
+    scaled = (values - low) if meaning == "attenuation" else (high - values)
+    return (scaled * (NOMINAL_SPAN / (high - low))).astype(np.float32)
+
+
+def _negative_log(
+    values: np.ndarray, seen: np.ndarray, notes: Notes, unattenuated: float | None, step: float
+) -> np.ndarray:
+    """-log(I / I0), I clamped from half a step to I0."""
+    direct = float(np.percentile(seen, 99.9)) if unattenuated is None else unattenuated
+    if not direct > 0:
+        raise InputError(
+            f"{notes.where} has no positive intensity to take a logarithm of; if its bone is bright, add "
+            '"intensity": "attenuation".'
+        )
+    source = "99.9th percentile, an estimate" if unattenuated is None else "given"
+    notes.say(f"line integrals: -log(I / I0), I0 = {direct:.6g} ({source})")
+    floor = max(step / 2, direct * np.exp(-12.0))
+    starved = float(np.mean(seen < floor))
+    if starved > 0.01:
+        notes.warn(f"{starved:.0%} of the usable pixels hold no signal; their line integrals are clamped.")
+    return -np.log(np.clip(values, floor, direct).astype(np.float64) / direct).astype(np.float32)

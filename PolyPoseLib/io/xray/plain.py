@@ -1,0 +1,161 @@
+"""X-rays that are not DICOM: NIfTI, NRRD, MetaImage, PNG, TIFF and JPEG, through SimpleITK."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from PolyPoseLib.data.notes import Notes
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.detached_data import HEADER_ENDINGS, data_place
+from PolyPoseLib.io.dicom import MAX_PIXELS
+from PolyPoseLib.io.files import refuse_special_file
+from PolyPoseLib.io.nifti import check_nifti
+from PolyPoseLib.io.readers import reader_for
+
+PLAIN_ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha", ".png", ".tif", ".tiff", ".jpg", ".jpeg")
+"""File names that are read without DICOM."""
+
+GRAY_PICTURES = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
+"""File names whose values are gray levels, never line integrals."""
+
+
+def ending_of(path: Path) -> str:
+    """The file name's ending that tells the format, "" when it is none of PLAIN_ENDINGS."""
+    return next((end for end in PLAIN_ENDINGS if path.name.lower().endswith(end)), "")
+
+
+def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.ndarray, bool]:
+    """Read one two-dimensional image.
+
+    Args:
+        path: the file.
+        where: opening of the sentences of errors.
+        frame: image of a stack, counted from 0.
+
+    Returns:
+        ((H, W) float32 values, row by row as stored; whether the file holds whole numbers).
+
+    Raises:
+        InputError: no file, cannot be read, not two-dimensional, in colour, too large, NaN or infinite.
+
+    """
+    import SimpleITK as sitk
+
+    refuse_special_file(path, where)
+    _refuse_detached(path, where)
+    reader = reader_for(path)
+    try:
+        reader.ReadImageInformation()
+        size = reader.GetSize()
+    except RuntimeError:
+        raise InputError(
+            f"{where} cannot be read: it is damaged or not what its name says; give the X-ray as DICOM, "
+            "NIfTI, NRRD, PNG or TIFF."
+        ) from None
+    _check_size(size, where, frame)
+    if path.name.lower().endswith((".nii", ".nii.gz")):
+        _refuse_hidden_damage(path, where)
+    try:
+        image = reader.Execute()
+    except (RuntimeError, MemoryError):
+        raise InputError(
+            f"{where} is damaged or cut short: its pixels cannot be read; copy the file again."
+        ) from None
+    pixels = sitk.GetArrayFromImage(image)
+    if image.GetNumberOfComponentsPerPixel() > 1:
+        pixels = _gray(pixels, where)
+    pixels = _one_image(pixels, where, frame)
+    if pixels.dtype.kind == "c":
+        raise InputError(f"{where} holds complex numbers; give a gray image.")
+    if not np.isfinite(pixels).all():
+        raise InputError(_not_finite(where))
+    return pixels.astype(np.float32), pixels.dtype.kind in "ui"
+
+
+def _refuse_detached(path: Path, where: str) -> None:
+    """Refuse headers that read their pixels from another file, which may lie anywhere."""
+    if not path.name.lower().endswith(HEADER_ENDINGS):
+        return
+    try:
+        detached = data_place(path) is not None
+    except InputError:
+        detached = True
+    if detached:
+        raise InputError(f"{where} keeps its pixels in another file; save header and pixels as one file.")
+
+
+def _refuse_hidden_damage(path: Path, where: str) -> None:
+    """Refuse NIfTI files with NaN or missing bytes, which the toolkit reads as 0."""
+    try:
+        check_nifti(path)
+    except InputError as error:
+        if "NaN" in str(error):
+            raise InputError(_not_finite(where)) from None
+        raise InputError(
+            f"{where} is damaged or cut short: its pixels cannot be read; copy the file again."
+        ) from None
+
+
+def _not_finite(where: str) -> str:
+    """Sentence about values that are no numbers."""
+    return f"{where} holds NaN or infinity; replace them by 0 and exclude them with a mask."
+
+
+def _check_size(size: tuple[int, ...], where: str, frame: int | None) -> None:
+    """Refuse volumes and sizes that no X-ray has, before anything is allocated."""
+    extents = [extent for extent in size if extent > 1]
+    text = " x ".join(map(str, size))
+    if len(extents) > 2 and frame is None:
+        raise InputError(
+            f'{where} has {text} pixels, a volume or a stack; give one two-dimensional image, or add "frame" '
+            "to choose one of the stack."
+        )
+    if len(extents) > 3 or np.prod(size, dtype=np.float64) > (
+        MAX_PIXELS if len(extents) < 3 else 8 * MAX_PIXELS
+    ):
+        raise InputError(f"{where} claims {text} pixels, more than an X-ray has; export the image again.")
+
+
+def _gray(pixels: np.ndarray, where: str) -> np.ndarray:
+    """First channel of colours that agree, as a gray image saved in colour has."""
+    colours = pixels[..., :3] if pixels.shape[-1] in (3, 4) else pixels[..., :1]
+    if np.ptp(colours.astype(np.float64), axis=-1).max() > 2:
+        raise InputError(f"{where} is a colour image; save the X-ray itself, in gray.")
+    return colours[..., 0]
+
+
+def _one_image(pixels: np.ndarray, where: str, frame: int | None) -> np.ndarray:
+    """Two-dimensional image of an array whose first axis may be a stack."""
+    while pixels.ndim > 2 and 1 in pixels.shape:
+        pixels = np.squeeze(pixels, axis=pixels.shape.index(1))
+    if pixels.ndim == 2:
+        if frame not in (None, 0):
+            raise InputError(
+                f'{where} is a single image, so "frame" {frame} does not exist; leave "frame" out.'
+            )
+        return pixels
+    if frame is None or not 0 <= frame < len(pixels):
+        raise InputError(
+            f'{where} is a stack of {len(pixels)} images, so "frame" {frame} does not exist; give a number from '
+            f"0 to {len(pixels) - 1}."
+        )
+    return pixels[frame]
+
+
+def default_intensity(path: Path, values: np.ndarray, whole: bool, notes: Notes) -> str:
+    """Meaning of the values when nobody says: stated, with a warning.
+
+    Real numbers from about 0 to 50 in NIfTI, NRRD or MetaImage are line integrals; everything else is a
+    gray image with bright bone.
+    """
+    physical = not whole and ending_of(path) not in GRAY_PICTURES
+    meaning = "line_integral" if physical and values.min() >= -5 and values.max() <= 50 else "attenuation"
+    notes.say(f"intensity: {meaning} by default, the file does not say")
+    assumed = "line integrals" if meaning == "line_integral" else "gray levels that are bright behind bone"
+    notes.warn(
+        f'the values are taken as {assumed}; if that is wrong, add "intensity": "attenuation" (bone bright), '
+        '"transmission" (proportional to the beam, bone dark), "log_transmission" (bone dark) or "line_integral".'
+    )
+    return meaning

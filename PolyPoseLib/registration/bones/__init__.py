@@ -1,0 +1,1 @@
+"""Poses of all bones together: joint fit, restarts, rejection."""

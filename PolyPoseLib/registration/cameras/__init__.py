@@ -1,0 +1,1 @@
+"""Cameras from the anchor: initial cameras, search, refinement, rigs."""

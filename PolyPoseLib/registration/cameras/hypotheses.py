@@ -1,0 +1,163 @@
+"""Cameras that could be true, how well each explains its X-ray, and which of them are the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.fit.levels import Level, Measured, pixel_size_mm, view_at
+from PolyPoseLib.registration.fit.problem import RigidProblem, State
+from PolyPoseLib.registration.fit.weighting import covered, within
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.rendering.backend import Backend
+
+REACH_MM = 12.0
+"""The X-ray is compared this far around the anchor."""
+
+LEAST_PIXELS = 30
+"""Fewer pixels around the anchor tell nothing."""
+
+LEAST_SIMILARITY = 0.42
+"""Local correlation around the anchor below which a camera is not believed."""
+
+LEAST_LEAD = 0.12
+"""By which the best camera's similarity must exceed the runner-up's, lest another view be as good."""
+
+LEAST_SHARE = 0.4
+"""Of the anchor that must show in the X-ray."""
+
+LEAST_VOTES = 2
+"""Starts that must have ended at the best camera, unless it is PLAIN."""
+
+PLAIN = 0.65
+"""Similarity that no wrong camera has."""
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A camera with its evidence.
+
+    camera: full resolution; similarity: correlation of locally normalised X-ray and rendering around the anchor, in
+    [-1, 1]; share: of the anchor that projects into the X-ray, 0 to 1; votes: how many starts ended
+    here.
+    """
+
+    camera: Camera
+    similarity: float
+    share: float
+    votes: int = 1
+
+    @property
+    def worth(self) -> float:
+        """What hypotheses are ranked by: the similarity, less for an anchor that is partly outside."""
+        return self.similarity * float(np.sqrt(self.share))
+
+
+def judge_camera(
+    scene: Scene, measured: Measured, level: Level, points: np.ndarray, backend: Backend
+) -> Hypothesis:
+    """Evidence for ``measured.camera`` at a level's resolution; ``points`` (N, 3) LPS mm lie on the anchor."""
+    centre, size = scene.anchor_centre, level.size_mm
+    pixels = measured.camera.project(points)
+    bounds = (measured.camera.width - 0.5, measured.camera.height - 0.5)
+    share = float(((pixels >= -0.5) & (pixels <= bounds)).all(axis=1).mean())
+    view = view_at(level, measured, centre, expect_noise=False)
+    rest = State(np.eye(4)[None], np.eye(4)[None])
+    anchor = RigidProblem([scene.bodies(size)[scene.anchor]], [view], [], [0], centre, size, backend)
+    region = within(covered(anchor, rest, 0, [0]), REACH_MM / pixel_size_mm(view.camera, centre))
+    region &= view.contrast.support > 0
+    if region.sum() < LEAST_PIXELS or share == 0:
+        return Hypothesis(measured.camera, 0.0, share)
+    whole = RigidProblem([scene.volume("whole", size)], [view], [], [0], centre, size, backend)
+    rendered = view.contrast.normalise(whole.render(rest, 0)[0]).values[region]
+    return Hypothesis(measured.camera, _correlation(rendered, view.target[region]), share)
+
+
+def explains(hypothesis: Hypothesis) -> bool:
+    """Whether a camera's rendering is similar enough to its X-ray to be believed."""
+    return hypothesis.similarity >= LEAST_SIMILARITY
+
+
+def lonely(hypothesis: Hypothesis) -> bool:
+    """Whether a camera was reached from too few starts for a similarity that a wrong one may have."""
+    return hypothesis.votes < LEAST_VOTES and hypothesis.similarity < PLAIN
+
+
+def doubts(found: Sequence[Hypothesis]) -> list[str]:
+    """What speaks against the first of several hypotheses, best first; each a clause for people."""
+    best = found[0]
+    said = []
+    if not explains(best):
+        said.append(
+            f"the rendering explains it badly (local correlation {best.similarity:.2f}, at least {LEAST_SIMILARITY:g} "
+            "is expected)"
+        )
+    rival = max((other.similarity for other in found[1:]), default=-1.0)
+    if best.similarity - rival < LEAST_LEAD:
+        said.append(f"another view explains it nearly as well ({rival:.2f} against {best.similarity:.2f})")
+    if best.share < LEAST_SHARE:
+        said.append(f"only {100 * best.share:.0f} % of the anchor show in it")
+    if lonely(best):
+        said.append("it was reached from one start only")
+    return said
+
+
+def merged(
+    found: Sequence[Hypothesis], points: np.ndarray, least_mm: float, most: int, same_mm: float
+) -> list[Hypothesis]:
+    """The best hypotheses, each ``least_mm`` from all better ones; those within ``same_mm`` give it their votes."""
+    cameras = [hypothesis.camera for hypothesis in found]
+    kept = distinct(cameras, np.array([hypothesis.worth for hypothesis in found]), points, least_mm, most)
+    pixels = np.stack([_pixels(camera, points) for camera in cameras]) if cameras else np.zeros((0, 1, 2))
+    votes = np.array([hypothesis.votes for hypothesis in found])
+    result = []
+    for n in kept:
+        near = _distances(pixels, pixels[n], _scale(cameras[n], points)) <= same_mm
+        result.append(replace(found[n], votes=int(votes[near].sum())))
+        votes[near] = 0
+    return result
+
+
+def apart_mm(first: Camera, second: Camera, points: np.ndarray) -> float:
+    """Mean distance between two cameras' projections of points (N, 3), in mm at the points' depth."""
+    return float(_distances(_pixels(first, points)[None], _pixels(second, points), _scale(first, points))[0])
+
+
+def distinct(
+    cameras: Sequence[Camera], worth: np.ndarray, points: np.ndarray, least_mm: float, most: int
+) -> list[int]:
+    """Indices of the best cameras (at most ``most``), best first, each ``least_mm`` from all better ones."""
+    pixels = (
+        np.stack([_pixels(camera, points) for camera in cameras]) if len(cameras) else np.zeros((0, 1, 2))
+    )
+    kept: list[int] = []
+    for n in np.argsort(-np.asarray(worth), kind="stable"):
+        if not kept or _distances(pixels[kept], pixels[n], _scale(cameras[n], points)).min() > least_mm:
+            kept.append(int(n))
+        if len(kept) == most:
+            break
+    return kept
+
+
+def _pixels(camera: Camera, points: np.ndarray) -> np.ndarray:
+    """Projections (N, 2); points behind the source count as far away."""
+    return np.nan_to_num(camera.project(points), nan=1e6)
+
+
+def _scale(camera: Camera, points: np.ndarray) -> np.ndarray:
+    """(N,) mm per pixel at the points."""
+    return np.maximum(camera.depth(points), 1.0) / camera.intrinsics[0, 0]
+
+
+def _distances(many: np.ndarray, one: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """(M,) mean distances in mm of projections (M, N, 2) from others (N, 2)."""
+    return (np.linalg.norm(many - one, axis=2) * scale).mean(axis=1)
+
+
+def _correlation(first: np.ndarray, second: np.ndarray) -> float:
+    first, second = first - first.mean(), second - second.mean()
+    norm = float(np.linalg.norm(first) * np.linalg.norm(second))
+    return float(first @ second) / norm if norm > 1e-9 else 0.0

@@ -1,0 +1,283 @@
+"""A camera from nothing but the direction of view: exhaustive at first, then refined, with several hypotheses kept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from PolyPoseLib.data.progress import Monitor
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS, standard_view_rotation
+from PolyPoseLib.geometry.view_grid import view_grid
+from PolyPoseLib.registration.cameras.coarse_search import Candidates, CoarseSearch, compared_points
+from PolyPoseLib.registration.cameras.hypotheses import Hypothesis, distinct, doubts, judge_camera, merged
+from PolyPoseLib.registration.cameras.refine import find_camera
+from PolyPoseLib.registration.fit.levels import Level, Measured
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.rendering.backend import Backend
+
+DEPTH_SHARES = (0.48, 1.0)
+"""Distances that are tried, as shares of that from the source to the detector."""
+
+VIEW_RADIUS_DEG = 52.0
+"""Around a standard view: 45 degrees, and what an anchor off the axis adds."""
+
+OFF_AXIS_DEG = 7.0
+"""What an anchor away from the middle of the X-ray adds to the directions from which it is seen."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One step of the refinement: its level, how many hypotheses it keeps, how far apart (mm) they must be, and how
+    many perturbed copies of the best two are tried beside them.
+    """
+
+    level: Level
+    keep: int
+    apart_mm: float
+    copies: int = 0
+
+
+SAME_MM = 2.0
+"""Hypotheses that are this close vote for the same camera."""
+
+COPY_ROTATION_DEG = 8.0
+COPY_SHIFT_MM = np.array([6.0, 6.0, 30.0])
+"""Size of the perturbations: the distance along the axis is known worst."""
+
+
+@dataclass(frozen=True)
+class Density:
+    """How densely cameras are tried at first: distance of neighbouring directions and turns (degrees), ratio of
+    neighbouring distances, and how many of the best are refined.
+    """
+
+    direction_deg: float
+    roll_deg: float
+    depth_ratio: float
+    kept: int
+
+
+USUAL = Density(8.0, 9.0, 1.12, 100)
+DENSE = Density(6.0, 7.0, 1.09, 250)
+"""For a second look when the first found nothing convincing."""
+
+CONSIDERED = 30
+"""Candidates per refined one among which different ones are chosen."""
+
+FIRST_APART_MM = 8.0
+STAGES = (
+    Stage(Level(8.0, 60.0, 10), 16, 4.0),
+    Stage(Level(5.0, 40.0, 10), 6, 3.0),
+    Stage(Level(3.0, 25.0, 12), 4, 5.0),
+    Stage(Level(2.5, 20.0, 12), 3, 8.0),
+)
+"""From the first correlations to cameras that a registration can start from."""
+
+
+@dataclass(frozen=True)
+class SearchRange:
+    """Where to search.
+
+    centres: (C, 3, 3) rotations, world to camera; radius_deg: how far from the nearest of them; depths_mm: (least,
+    largest) distance from the source to the anchor's centre.
+    """
+
+    centres: np.ndarray
+    radius_deg: float
+    depths_mm: tuple[float, float]
+
+    @classmethod
+    def around_view(cls, view: str | None, source_to_detector_mm: float) -> SearchRange:
+        """Around a standard view, or around all of them; raises InputError for an unknown name."""
+        names = list(STANDARD_VIEWS) if view is None else [view]
+        centres = np.stack([standard_view_rotation(name) for name in names])
+        return cls(centres, VIEW_RADIUS_DEG, tuple(share * source_to_detector_mm for share in DEPTH_SHARES))
+
+    @classmethod
+    def around_camera(
+        cls,
+        camera: Camera,
+        anchor_centre: np.ndarray,
+        radius: tuple[float, float],
+        source_to_detector_mm: float,
+    ) -> SearchRange:
+        """Around a guess, within its radius (degrees, mm)."""
+        least, largest = (share * source_to_detector_mm for share in DEPTH_SHARES)
+        depth = float(np.clip(camera.depth(anchor_centre), least, largest))
+        depths = max(depth - radius[1], 0.3 * depth), depth + radius[1]
+        return cls(camera.extrinsic[None, :3, :3], radius[0] + OFF_AXIS_DEG, depths)
+
+
+def find_cameras(
+    scene: Scene,
+    measured: Measured,
+    searched: SearchRange,
+    backend: Backend,
+    monitor: Monitor,
+    stage: str,
+    densities: Sequence[Density] = (USUAL, DENSE),
+    stages: Sequence[Stage] = STAGES,
+) -> list[Hypothesis]:
+    """Cameras that explain an X-ray, best first, clearly different from each other.
+
+    Args:
+        scene: the CT with its anchor.
+        measured: the X-ray; of its camera only the intrinsics and the size count.
+        searched: directions and distances.
+        backend: renders.
+        monitor: is told about the progress, and may stop the search with CancelledError.
+        stage: name in the progress.
+        densities: of the cameras tried at first; the next one only when the one before found nothing convincing.
+        stages: of the refinement.
+
+    Returns:
+        At least one hypothesis, unless the anchor shows in none of the views that were tried.
+
+    """
+    quiet = _Quiet(monitor, stage)
+    points = compared_points(scene)
+    found: list[Hypothesis] = []
+    for round_number, density in enumerate(densities):
+        quiet.start_round(round_number, len(densities))
+        cameras = _coarse(scene, measured, searched, density, points, backend, quiet)
+        again = _refined(scene, measured, cameras, stages, points, backend, quiet)
+        found = merged([*found, *again], points, stages[-1].apart_mm, stages[-1].keep, SAME_MM)
+        if found and not doubts(found):
+            break
+    return found
+
+
+def coarse_cameras(
+    scene: Scene,
+    measured: Measured,
+    searched: SearchRange,
+    backend: Backend,
+    monitor: Monitor,
+    stage: str,
+    density: Density = USUAL,
+) -> list[Camera]:
+    """Only the exhaustive part of :func:`find_cameras`, likeliest camera first; nothing is refined."""
+    points = compared_points(scene)
+    return _coarse(scene, measured, searched, density, points, backend, _Quiet(monitor, stage))
+
+
+def refine_cameras(
+    scene: Scene,
+    measured: Measured,
+    cameras: Sequence[Camera],
+    backend: Backend,
+    monitor: Monitor,
+    stage: str,
+    stages: Sequence[Stage] = STAGES,
+) -> list[Hypothesis]:
+    """Only the refinement of :func:`find_cameras`: from cameras that something else proposes, best first."""
+    points = compared_points(scene)
+    return _refined(scene, measured, cameras, stages, points, backend, _Quiet(monitor, stage))
+
+
+def perturbed(camera: Camera, centre: np.ndarray, rng: np.random.Generator) -> Camera:
+    """The camera turned and shifted at random, with ``centre`` (3,) LPS mm as the pivot."""
+    axis = rng.normal(size=3)
+    angle = np.radians(COPY_ROTATION_DEG) * np.cbrt(rng.uniform())
+    extrinsic = camera.extrinsic.copy()
+    middle = extrinsic[:3, :3] @ centre + extrinsic[:3, 3]
+    extrinsic[:3, :3] = (
+        Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix() @ extrinsic[:3, :3]
+    )
+    extrinsic[:3, 3] = middle + rng.uniform(-1, 1, 3) * COPY_SHIFT_MM - extrinsic[:3, :3] @ centre
+    return camera.with_extrinsic(extrinsic)
+
+
+def _refined(
+    scene: Scene,
+    measured: Measured,
+    cameras: Sequence[Camera],
+    stages: Sequence[Stage],
+    points: np.ndarray,
+    backend: Backend,
+    quiet: _Quiet,
+) -> list[Hypothesis]:
+    """Cameras refined level by level, fewer at each, perturbed copies of the best among them."""
+    rng = np.random.default_rng(0)
+    found = [Hypothesis(camera, 0.0, 1.0) for camera in cameras]
+    for number, step in enumerate(stages):
+        if step.copies:
+            found = [replace(hypothesis, votes=1) for hypothesis in found]
+            best = [hypothesis.camera for hypothesis in found[:2] for _ in range(step.copies)]
+            found += [Hypothesis(perturbed(camera, scene.anchor_centre, rng), 0.0, 1.0) for camera in best]
+        judged = []
+        for n, start in enumerate(found):
+            quiet.share = 0.5 + 0.5 * (number + n / len(found)) / len(stages)
+            placed = measured.with_camera(start.camera)
+            camera = find_camera(scene, placed, [step.level], backend, quiet, quiet.stage)
+            placed = measured.with_camera(camera)
+            judgement = judge_camera(scene, placed, step.level, points, backend)
+            judged.append(replace(judgement, votes=start.votes))
+        found = merged(judged, points, step.apart_mm, step.keep, SAME_MM)
+    return found
+
+
+def _coarse(
+    scene: Scene,
+    measured: Measured,
+    searched: SearchRange,
+    density: Density,
+    points: np.ndarray,
+    backend: Backend,
+    quiet: _Quiet,
+) -> list[Camera]:
+    """The best cameras of the exhaustive search, each different from the others."""
+    grid = view_grid(
+        searched.centres,
+        np.radians(searched.radius_deg),
+        np.radians(density.direction_deg),
+        np.radians(density.roll_deg),
+    )
+    least, largest = searched.depths_mm
+    depths = np.geomspace(
+        least, largest, 1 + max(1, int(np.ceil(np.log(largest / least) / np.log(density.depth_ratio))))
+    )
+    search = CoarseSearch(scene, measured, grid, depths, backend)
+    found: list[Candidates] = []
+    for z, depth in enumerate(depths):
+        matcher = search.matcher(depth)
+        for d in range(len(grid.rotations)):
+            quiet.step_to(0.5 * (z + d / len(grid.rotations)) / len(depths))
+            found.append(search.run(depth, d, matcher))
+    worth = np.concatenate([each.worth for each in found])
+    owner = np.repeat(np.arange(len(found)), [len(each.worth) for each in found])
+    number = np.concatenate([np.arange(len(each.worth)) for each in found])
+    best = np.argsort(-worth, kind="stable")[: CONSIDERED * density.kept]
+    best = best[worth[best] > 0]
+    cameras = [
+        measured.camera.with_extrinsic(search.extrinsic(found[owner[n]], int(number[n]))) for n in best
+    ]
+    return [cameras[n] for n in distinct(cameras, worth[best], points[::10], FIRST_APART_MM, density.kept)]
+
+
+class _Quiet:
+    """Stands in for the monitor within the refinement: passes on how far the whole search is, and nothing else."""
+
+    PARTS = 200
+
+    def __init__(self, monitor: Monitor, stage: str) -> None:
+        self.monitor, self.stage, self.share = monitor, stage, 0.0
+        self.base, self.scale = 0.0, 1.0
+
+    def start_round(self, number: int, of: int) -> None:
+        """Rounds share the progress evenly; the last ones are often not needed."""
+        self.base, self.scale, self.share = number / of, 1 / of, 0.0
+
+    def step(self, *_: object, **__: object) -> None:
+        """What the refinement calls after each of its iterations."""
+        done = self.base + self.scale * self.share
+        self.monitor.step(self.stage, int(done * self.PARTS), self.PARTS, None)
+
+    def step_to(self, share: float) -> None:
+        """Report a share (0 to 1) of this round."""
+        self.share = share
+        self.step()

@@ -1,0 +1,1 @@
+"""The least-squares problem at one resolution level, and its solver."""

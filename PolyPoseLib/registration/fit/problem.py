@@ -1,0 +1,254 @@
+"""The least-squares problem that both stages solve: rigid bodies in several views, compared by local contrast.
+
+The unknowns are one pose per structure (fixed to moving) and one correction per camera (fixed to fixed); either may
+be held.  Everything that does not move rigidly enters a view as a static image that the caller refreshes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.rigid import about, adjoint_of_correction, perturbation
+from PolyPoseLib.registration.articulations import ArticulationPrior
+from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.rendering.rigid import Body, BodyProjection, Window, project_body, slices_of
+from PolyPoseLib.similarity.local_contrast import LocalContrast
+
+
+@dataclass
+class View:
+    """One X-ray at one resolution.
+
+    camera: as guessed; contrast: local normalisation with the view's mask; target: (H, W) normalised X-ray;
+    static: (H, W) line integrals of what does not move rigidly; weight: (H, W) pixel weights; noise_share: (H, W)
+    share (0 to 1) of noise in the variance of ``target``, or 0.
+    """
+
+    camera: Camera
+    contrast: LocalContrast
+    target: np.ndarray
+    static: np.ndarray
+    weight: np.ndarray
+    noise_share: np.ndarray | float = 0.0
+
+    def cropped_to_weight(self) -> View:
+        """The part of the view that its weights depend on, patches of the local contrast included.
+
+        Costs and their derivatives are those of the whole. There must be a pixel that counts.
+        """
+        margin = self.contrast.size // 2
+        rows, columns = (
+            slice(max(int(used[0]) - margin, 0), int(used[-1]) + margin + 1)
+            for used in (np.flatnonzero((self.weight > 0).any(axis=axis)) for axis in (1, 0))
+        )
+        height, width = self.weight[rows, columns].shape
+        camera = self.camera.cropped(rows.start, rows.start + height, columns.start, columns.start + width)
+        return View(
+            camera,
+            self.contrast.cropped(rows, columns),
+            self.target[rows, columns],
+            self.static[rows, columns],
+            self.weight[rows, columns],
+            np.broadcast_to(self.noise_share, self.weight.shape)[rows, columns],
+        )
+
+
+@dataclass(frozen=True)
+class State:
+    """poses: (K, 4, 4) fixed to moving; corrections: (N, 4, 4) of the cameras, fixed to fixed."""
+
+    poses: np.ndarray
+    corrections: np.ndarray
+
+
+@dataclass(frozen=True)
+class Normal:
+    """cost: weighted mean of squared residuals; matrix: (P, P); gradient: (P,) of half that cost, or None."""
+
+    cost: float
+    matrix: np.ndarray | None
+    gradient: np.ndarray | None
+
+
+@dataclass(frozen=True)
+class Block:
+    """Derivative of a view's residual by six unknowns.
+
+    first: number of the first unknown; window: where it is not zero; jacobian: (6, h, w) inside the window.
+    """
+
+    first: int
+    window: Window
+    jacobian: np.ndarray
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """The window as an index into an image."""
+        return slices_of(self.window)
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """residual: (H, W); blocks: its derivatives."""
+
+    residual: np.ndarray
+    blocks: list[Block]
+
+
+class RigidProblem:
+    """Residuals and normal equations of rigid bodies seen in several views.
+
+    bodies: K of them; free_poses: indices of those that move; free_cameras: indices of views whose camera moves,
+    about ``camera_centre`` (3,) LPS mm; step_mm: distance of ray samples; backend: carries out the rays; prior: what is
+    expected of the joints, or None.
+    """
+
+    def __init__(
+        self,
+        bodies: Sequence[Body],
+        views: Sequence[View],
+        free_poses: Sequence[int],
+        free_cameras: Sequence[int],
+        camera_centre: np.ndarray,
+        step_mm: float,
+        backend: Backend,
+        prior: ArticulationPrior | None = None,
+    ) -> None:
+        self.bodies = list(bodies)
+        self.views = list(views)
+        self.free_poses = list(free_poses)
+        self.free_cameras = list(free_cameras)
+        self.camera_centre = camera_centre
+        self.step_mm = step_mm
+        self.backend = backend
+        self.prior = prior
+
+    @property
+    def size(self) -> int:
+        """Number of scalar unknowns."""
+        return 6 * (len(self.free_poses) + len(self.free_cameras))
+
+    def moved(self, state: State, step: np.ndarray) -> State:
+        """State after a step (P,): structures first, then cameras, six numbers each."""
+        poses, corrections = state.poses.copy(), state.corrections.copy()
+        for n, k in enumerate(self.free_poses):
+            poses[k] = about(perturbation(step[6 * n : 6 * n + 6]), self.bodies[k].centre) @ poses[k]
+        offset = 6 * len(self.free_poses)
+        for n, v in enumerate(self.free_cameras):
+            delta = step[offset + 6 * n : offset + 6 * n + 6]
+            corrections[v] = about(perturbation(delta), self.camera_centre) @ corrections[v]
+        return State(poses, corrections)
+
+    def render(
+        self, state: State, view_index: int, jacobian: bool = False
+    ) -> tuple[np.ndarray, list[BodyProjection]]:
+        """Line integrals (H, W) of a view, and the projection of each body."""
+        view = self.views[view_index]
+        image = view.static.astype(np.float32).copy()
+        projections = []
+        for k, body in enumerate(self.bodies):
+            wanted = jacobian and (k in self.free_poses or view_index in self.free_cameras)
+            pose = state.poses[k] @ state.corrections[view_index]
+            projection = project_body(body, view.camera, pose, self.step_mm, self.backend, wanted)
+            image[projection.slices] += projection.image
+            projections.append(projection)
+        return image, projections
+
+    def residual(self, state: State, view_index: int) -> np.ndarray:
+        """Normalised rendering less normalised X-ray, (H, W)."""
+        image, _ = self.render(state, view_index)
+        view = self.views[view_index]
+        return view.contrast.normalise(image).values - view.target
+
+    def cost(self, state: State) -> float:
+        """Weighted mean of squared residuals over all views (0 = identical, 2 = unrelated), plus the prior."""
+        images = sum(self._view_cost(self.residual(state, n), view) for n, view in enumerate(self.views))
+        return images * self._scale() + (self.prior.cost(state.poses) if self.prior else 0.0)
+
+    def normal_equations(self, state: State) -> Normal:
+        """Gauss-Newton normal equations at ``state``."""
+        matrix = np.zeros((self.size, self.size))
+        gradient = np.zeros(self.size)
+        cost, scale = 0.0, self._scale()
+        for n, view in enumerate(self.views):
+            linear = self.linearise(state, n)
+            cost += self._view_cost(linear.residual, view)
+            weighted = [block.jacobian * view.weight[block.slices] for block in linear.blocks]
+            for a, block in enumerate(linear.blocks):
+                rows = slice(block.first, block.first + 6)
+                residual = linear.residual[block.slices]
+                gradient[rows] += scale * (weighted[a].reshape(6, -1) @ residual.reshape(-1))
+                for b in range(a + 1):
+                    product = scale * _overlap_product(block, weighted[a], linear.blocks[b])
+                    columns = slice(linear.blocks[b].first, linear.blocks[b].first + 6)
+                    matrix[rows, columns] += product
+                    if b != a:
+                        matrix[columns, rows] += product.T
+        expected = self.prior.add_to(state.poses, matrix, gradient) if self.prior else 0.0
+        return Normal(cost * scale + expected, matrix, gradient)
+
+    def linearise(self, state: State, view_index: int) -> Linearised:
+        """Residual of a view and its derivative by those unknowns that the view depends on."""
+        view = self.views[view_index]
+        image, projections = self.render(state, view_index, jacobian=True)
+        normalised = view.contrast.normalise(image)
+        blocks = []
+        camera_free = view_index in self.free_cameras
+        camera_change = np.zeros((6, *image.shape), np.float32) if camera_free else None
+        for k, projection in enumerate(projections):
+            if projection.jacobian is None or projection.image.size == 0:
+                continue
+            if k in self.free_poses:
+                change, window = view.contrast.derivative(normalised, projection.jacobian, projection.window)
+                blocks.append(Block(6 * self.free_poses.index(k), window, change))
+            if camera_change is not None:
+                spread = adjoint_of_correction(state.poses[k], self.bodies[k].centre, self.camera_centre)
+                moved = np.tensordot(spread.T.astype(np.float32), projection.jacobian, 1)
+                camera_change[(slice(None), *projection.slices)] += moved
+        if camera_change is not None:
+            whole = (0, image.shape[0], 0, image.shape[1])
+            change, window = view.contrast.derivative(normalised, camera_change, whole)
+            first = 6 * (len(self.free_poses) + self.free_cameras.index(view_index))
+            blocks.append(Block(first, window, change))
+        return Linearised(normalised.values - view.target, blocks)
+
+    def _scale(self) -> float:
+        """One over the sum of all views' weights."""
+        return 1.0 / max(sum(float(view.weight.sum()) for view in self.views), 1e-6)
+
+    @staticmethod
+    def _view_cost(residual: np.ndarray, view: View) -> float:
+        return float((view.weight * residual.astype(np.float64) ** 2).sum())
+
+
+def _overlap_product(first: Block, weighted: np.ndarray, second: Block) -> np.ndarray:
+    """(6, 6) sum over the pixels that two blocks share of the first's weighted derivative times the second's."""
+    row0, row1 = max(first.window[0], second.window[0]), min(first.window[1], second.window[1])
+    column0, column1 = max(first.window[2], second.window[2]), min(first.window[3], second.window[3])
+    if row0 >= row1 or column0 >= column1:
+        return np.zeros((6, 6))
+
+    def part(values: np.ndarray, window: Window) -> np.ndarray:
+        rows = slice(row0 - window[0], row1 - window[0])
+        return values[:, rows, column0 - window[2] : column1 - window[2]].reshape(6, -1)
+
+    return part(weighted, first.window) @ part(second.jacobian, second.window).T
+
+
+def corrected(camera: Camera, correction: np.ndarray) -> Camera:
+    """The camera with a correction (4, 4), fixed to fixed, folded into its extrinsic."""
+    return camera.with_extrinsic(camera.extrinsic @ np.linalg.inv(correction))
+
+
+@dataclass(frozen=True)
+class JointResult:
+    """poses: (K, 4, 4) fixed to moving; cameras: refined; problem, state: as the last level left them."""
+
+    poses: np.ndarray
+    cameras: list[Camera]
+    problem: RigidProblem
+    state: State

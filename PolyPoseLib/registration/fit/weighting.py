@@ -1,0 +1,59 @@
+"""Pixel weights: where the bones of interest project, less where tissue does what the model cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
+from PolyPoseLib.rendering.rigid import project_body
+
+VISIBLE_LINE_INTEGRAL = 0.02
+"""A bone shows in a pixel when it adds at least this much."""
+
+MODEL_VARIANCE = 0.06
+"""Variance of the normalised residual that stays without noise, from tissue that moves otherwise than the model."""
+
+LEAST_SCALE = 0.2
+"""Smallest scale of the residual, in units of what is expected; below it nothing is an outlier."""
+
+
+def covered(problem: RigidProblem, state: State, view_index: int, which: Iterable[int]) -> np.ndarray:
+    """(H, W) bool: pixels of a view in which one of the bodies ``which`` shows."""
+    view = problem.views[view_index]
+    shows = np.zeros(view.static.shape, bool)
+    for k in which:
+        pose = state.poses[k] @ state.corrections[view_index]
+        part = project_body(problem.bodies[k], view.camera, pose, problem.step_mm, problem.backend)
+        shows[part.slices] |= np.abs(part.image) > VISIBLE_LINE_INTEGRAL
+    return shows
+
+
+def within(shows: np.ndarray, reach_px: float) -> np.ndarray:
+    """Pixels at most ``reach_px`` from one that is True."""
+    if reach_px <= 0 or not shows.any():
+        return shows
+    return distance_transform_edt(~shows) <= reach_px
+
+
+def reliability(view: View) -> np.ndarray:
+    """(H, W) expected variance of the residual without noise over that with it, 0 to 1."""
+    return np.broadcast_to(MODEL_VARIANCE / (MODEL_VARIANCE + view.noise_share), view.target.shape)
+
+
+def robust_weight(view: View, residual: np.ndarray, region: np.ndarray) -> np.ndarray:
+    """(H, W) float32 weights inside ``region``: less where the X-ray is noisy, less still where it is not explained.
+
+    The reliability times the Cauchy weights 1 / (1 + (r / s)^2) of iteratively reweighted least squares (Holland and
+    Welsch, 1977), s being twice the robust deviation of the residual in units of what is expected.
+    """
+    region = region & (view.contrast.support > 0)
+    if not region.any():
+        return np.zeros(residual.shape, np.float32)
+    reliable = reliability(view)
+    standardised = residual * np.sqrt(reliable / MODEL_VARIANCE)
+    scale = 2 * max(1.4826 * float(np.median(np.abs(standardised[region]))), LEAST_SCALE)
+    weight = reliable / (1 + (standardised / scale) ** 2)
+    return np.where(region, weight, 0).astype(np.float32)

@@ -1,0 +1,141 @@
+"""How far each pose may be off: the solver's curvature against the residual as it really is.
+
+At the optimum the scores (weighted residual times derivative) sum to zero; their spread over patches of the images
+says how much the optimum would move if the residual were drawn again.  The residual is correlated over a patch, so
+scores are summed within patches first: the cluster-robust ("sandwich") covariance, inverse curvature times spread
+of the scores times inverse curvature (Liang and Zeger, Biometrika 73, 1986).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import chi2
+
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.fit.problem import RigidProblem, State
+
+PATCHES_PER_CLUSTER = 2
+"""Clusters are this many patches of the local contrast wide."""
+
+INFLATION = 5.0
+"""Factor on the standard deviations for what the residual does not tell: soft tissue that moves otherwise than the
+model pushes all of an edge one way. Measured on simulated cases, see Testing/Benchmarks/accuracy.py."""
+
+LEAST_NOISE = 1e-6
+"""Variance of the residual, in the local contrast's own, below which nothing real lies; keeps the prior in force where
+the images say nothing at all."""
+
+COMMON_DIRECTION = 0.55
+"""Length of the mean of unit viewing directions above which they have a direction in common."""
+
+SYSTEMATIC_ROTATION_DEG = 0.15
+SYSTEMATIC_TRANSLATION_MM = 0.15
+"""Standard deviations that no residual shows: voxels of millimetres, labels that miss the bone's edge."""
+
+UNSEEN_ROTATION_DEG = 30.0
+UNSEEN_TRANSLATION_MM = 50.0
+"""Standard deviations of a pose that no X-ray says anything about."""
+
+_UNSEEN = np.array([np.radians(UNSEEN_ROTATION_DEG)] * 3 + [UNSEEN_TRANSLATION_MM] * 3)
+
+
+@dataclass(frozen=True)
+class PoseUncertainty:
+    """covariance: (6, 6) of [rotation (rad), translation (mm)], a perturbation on the left of the pose
+    fixed to moving, about the structure's centroid.
+    """
+
+    covariance: np.ndarray
+
+    @classmethod
+    def unseen(cls) -> PoseUncertainty:
+        """Of a pose that no X-ray says anything about, or that one contradicts."""
+        return cls(np.diag(_UNSEEN**2))
+
+    def to_dict(
+        self, cameras: list[Camera], fixed_to_moving: np.ndarray, centre: np.ndarray
+    ) -> dict[str, Any]:
+        """95 % intervals (plus or minus, mm and degrees) along and across the common viewing direction.
+
+        centre: (3,) the structure's centroid in the CT. Views from opposite sides, or far apart, have the axis in
+        common that lies nearest to all of their rays.
+        """
+        in_fixed = np.linalg.inv(fixed_to_moving) @ np.r_[centre, 1.0]
+        directions = np.array([in_fixed[:3] - camera.source for camera in cameras])
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        basis = _basis_along(fixed_to_moving[:3, :3] @ _common_direction(directions))
+        shift = basis @ self.covariance[3:, 3:] @ basis.T
+        turn = np.degrees(np.degrees(basis @ self.covariance[:3, :3] @ basis.T))
+        factor = 1.96
+        return {
+            "covariance": self.covariance.tolist(),
+            "level": 0.95,
+            "along_mm": float(factor * np.sqrt(shift[2, 2])),
+            "across_mm": [float(factor * np.sqrt(shift[0, 0])), float(factor * np.sqrt(shift[1, 1]))],
+            "rotation_about_view_deg": float(factor * np.sqrt(turn[2, 2])),
+            "rotation_across_deg": [float(factor * np.sqrt(turn[0, 0])), float(factor * np.sqrt(turn[1, 1]))],
+            "directions": {"along": basis[2].tolist(), "across": basis[:2].tolist()},
+        }
+
+    def contains(self, delta: np.ndarray, level: float = 0.95) -> bool:
+        """Whether a perturbation (6,) lies inside the ellipsoid of the given probability."""
+        return bool(delta @ np.linalg.solve(self.covariance, delta) <= chi2.ppf(level, 6))
+
+
+def pose_uncertainties(problem: RigidProblem, state: State) -> dict[int, PoseUncertainty]:
+    """Covariance of every free pose of ``problem`` at its optimum, the free cameras' doubt included."""
+    curvature = np.zeros((problem.size, problem.size))
+    spread = np.zeros((problem.size, problem.size))
+    for n, view in enumerate(problem.views):
+        linear = problem.linearise(state, n)
+        if not linear.blocks:
+            continue  # it shows nothing that may move
+        used = view.weight > 0
+        columns = np.array([block.first + c for block in linear.blocks for c in range(6)], int)
+        jacobian = np.zeros((len(columns), *used.shape), np.float32)
+        for b, block in enumerate(linear.blocks):
+            jacobian[(slice(6 * b, 6 * b + 6), *block.slices)] = block.jacobian
+        weighted = jacobian * view.weight
+        where = np.ix_(columns, columns)
+        curvature[where] += weighted[:, used] @ jacobian[:, used].T
+        sums = cluster_sums(weighted * linear.residual, PATCHES_PER_CLUSTER * view.contrast.size)
+        spread[where] += sums @ sums.T
+    unseen = np.tile(_UNSEEN, problem.size // 6)
+    # The prior enters in the residual's own unit, so that it matters only where the images say nothing.
+    noise = max(float(np.trace(spread) / max(np.trace(curvature), 1e-12)), LEAST_NOISE)
+    prior = noise * (INFLATION / unseen) ** 2
+    inverse = np.linalg.inv(curvature + np.diag(prior))
+    covariance = INFLATION**2 * inverse @ (spread + np.diag(noise * prior)) @ inverse
+    floor = np.diag([np.radians(SYSTEMATIC_ROTATION_DEG)] * 3 + [SYSTEMATIC_TRANSLATION_MM] * 3) ** 2
+    return {
+        k: PoseUncertainty(covariance[6 * n : 6 * n + 6, 6 * n : 6 * n + 6] + floor)
+        for n, k in enumerate(problem.free_poses)
+    }
+
+
+def cluster_sums(images: np.ndarray, size: int) -> np.ndarray:
+    """Sums (p, clusters) of (p, H, W) over square clusters of ``size`` pixels."""
+    count, height, width = images.shape
+    padded = np.pad(images, ((0, 0), (0, -height % size), (0, -width % size)))
+    blocks = padded.reshape(count, -(-height // size), size, -(-width // size), size)
+    return blocks.sum(axis=(2, 4), dtype=np.float64).reshape(count, -1)
+
+
+def _common_direction(directions: np.ndarray) -> np.ndarray:
+    """(3,) the mean of unit directions (N, 3), or, where they point too far apart, their principal axis."""
+    mean = directions.mean(axis=0)
+    if np.linalg.norm(mean) > COMMON_DIRECTION:
+        return mean
+    return np.linalg.eigh(directions.T @ directions)[1][:, -1]
+
+
+def _basis_along(direction: np.ndarray) -> np.ndarray:
+    """(3, 3) orthonormal rows, the last one along ``direction``."""
+    last = direction / np.linalg.norm(direction)
+    helper = np.eye(3)[int(np.argmin(np.abs(last)))]
+    first = np.cross(helper, last)
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(last, first), last])

@@ -1,0 +1,1 @@
+"""Cases with a known truth: moved CTs and X-rays of them."""

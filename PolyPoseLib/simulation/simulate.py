@@ -1,0 +1,284 @@
+"""Cases with a known truth: a CT whose bones were moved, X-rays of it, and cameras known only roughly.
+
+The truth shares nothing with the registration: bones move exactly rigidly about their joints, soft tissue
+follows Laplace's equation or that of elasticity, another program projects, and a detector model adds noise,
+scatter, saturation and rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.ndimage import find_objects
+
+from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at
+from PolyPoseLib.simulation import independent_projector, simulation_limits
+from PolyPoseLib.simulation.motion import JointMotion, apply, draw_motions, rigid_about, structure_points
+from PolyPoseLib.simulation.posed_ct import pose_ct
+from PolyPoseLib.simulation.simulation_limits import require_distances, require_few_pixels, require_in_range
+from PolyPoseLib.simulation.xray_physics import XrayPhysics, measure
+
+if TYPE_CHECKING:
+    from PolyPoseLib.data.structures import Structures
+    from PolyPoseLib.simulation.posed_ct import PosedCt
+
+INITIAL_ROTATION_DEG = 4.0
+INITIAL_TRANSLATION_MM = 15.0
+
+
+@dataclass(frozen=True)
+class SimulationOptions:
+    """How a case is made; lengths in mm.
+
+    node_mm: grid of the soft field. pad_mm: room around the CT for anatomy that moves out of it. ends:
+    "cut" or "continued" (the end slices go on beyond the CT). slide_mm: random shift of joints.
+    motion_scale: factor on drawn motions. rotation_deg, translation_mm: error of the initial cameras.
+    projector: "auto", "rtk" or "sum". tissue: law of the soft tissue, "harmonic" or "elastic" (which is
+    slower: give a node_mm of 8 or so).
+    """
+
+    physics: XrayPhysics = field(default_factory=XrayPhysics)
+    node_mm: float = 3.0
+    pad_mm: float = 20.0
+    ends: str = "cut"
+    slide_mm: float = 1.0
+    motion_scale: float = 1.0
+    rotation_deg: float = INITIAL_ROTATION_DEG
+    translation_mm: float = INITIAL_TRANSLATION_MM
+    projector: str = "auto"
+    tissue: str = "harmonic"
+
+    def __post_init__(self) -> None:
+        """Check the ranges; raises InputError."""
+        for name, limits in simulation_limits.OPTIONS.items():
+            require_in_range(getattr(self, name), limits, f"The simulation's {name}")
+        if self.ends not in ("cut", "continued"):
+            raise InputError('The simulation\'s ends must be "cut" or "continued".')
+        if self.tissue not in ("harmonic", "elastic"):
+            raise InputError('The simulation\'s tissue must be "harmonic" or "elastic".')
+
+
+@dataclass(frozen=True)
+class SimulatedCase:
+    """One case in memory: what a registration gets, and the truth.
+
+    Given: ct (HU), structures, anchor, images (list of (H, W) float32 line integrals as measured),
+    initial_cameras. Truth: cameras, fixed_to_moving {structure: (4, 4) LPS mm}, fixed_ct (HU) and
+    fixed_labels (structure numbers) on the CT's grid, field (soft field on its nodes, rigid in bones),
+    clean_images. fixed_source_labels is the full segmentation in the fixed posture when one was given.
+    joints tells how the motions were drawn, when they were. statistics: numbers per structure and for the
+    case (rest TRE in mm, overlap, share in each view, folds in percent).
+    """
+
+    ct: Volume
+    structures: Structures
+    anchor: str
+    images: list[np.ndarray]
+    clean_images: list[np.ndarray]
+    cameras: list[Camera]
+    initial_cameras: list[Camera]
+    fixed_to_moving: dict[str, np.ndarray]
+    fixed_ct: Volume
+    fixed_labels: Volume
+    field: DisplacementField
+    source_labels: Volume | None
+    fixed_source_labels: Volume | None
+    joints: dict[str, JointMotion]
+    statistics: dict
+    options: SimulationOptions
+    seed: int
+
+
+def simulate_case(
+    ct: Volume,
+    structures: Structures,
+    motions: dict[str, np.ndarray] | None = None,
+    cameras: Sequence[Camera] | None = None,
+    seed: int = 0,
+    options: SimulationOptions | None = None,
+    anchor: str | None = None,
+    source_labels: Volume | None = None,
+) -> SimulatedCase:
+    """Make a case with a known truth.
+
+    Args:
+        ct: Hounsfield units.
+        structures: labels on the CT's grid.
+        motions: {structure: (4, 4) moving -> fixed, LPS mm}; a structure that is missing stays. None draws
+            them.
+        cameras: true cameras; None gives two views of the structures 30 degrees apart.
+        seed: of every random number (motions, noise and initial cameras each have a stream of their own).
+        options: see SimulationOptions.
+        anchor: the structure that stays; the first one when None.
+        source_labels: the full segmentation on the CT's grid, to be moved likewise (for soft organs).
+
+    Returns:
+        The case. The same arguments give the same case, bit for bit.
+
+    Raises:
+        InputError: anything named above that is wrong, a moved anchor included.
+
+    """
+    options = options or SimulationOptions()
+    anchor = anchor or structures.names[0]
+    _check(ct, structures, motions, anchor, source_labels)
+    draw, noise, guess = (np.random.default_rng(stream) for stream in np.random.SeedSequence(seed).spawn(3))
+    joints: dict[str, JointMotion] = {}
+    if motions is None:
+        joints = draw_motions(structures, ct.affine, anchor, draw, options.slide_mm, options.motion_scale)
+        motions = {name: joint.moving_to_fixed for name, joint in joints.items()}
+    fixed_to_moving = {name: np.linalg.inv(motions.get(name, np.eye(4))) for name in structures.names}
+    posed = pose_ct(
+        ct,
+        structures,
+        fixed_to_moving,
+        None if source_labels is None else source_labels.voxels,
+        options.node_mm,
+        options.pad_mm,
+        options.ends,
+        options.tissue,
+    )
+    centre = structures_centre(structures, ct.affine)
+    cameras = list(cameras) if cameras is not None else view_cameras(ct, isocenter=centre)
+    attenuation = Volume(hounsfield_to_attenuation(posed.hu), posed.grid.affine)
+    clean = [independent_projector.project(attenuation, camera, options.projector) for camera in cameras]
+    grid = posed.grid
+    return SimulatedCase(
+        ct=ct,
+        structures=structures,
+        anchor=anchor,
+        images=[measure(image, options.physics, noise) for image in clean],
+        clean_images=clean,
+        cameras=cameras,
+        initial_cameras=[
+            perturbed_camera(camera, centre, guess, options.rotation_deg, options.translation_mm)
+            for camera in cameras
+        ],
+        fixed_to_moving=fixed_to_moving,
+        fixed_ct=Volume(np.ascontiguousarray(grid.core(posed.hu)), ct.affine),
+        fixed_labels=Volume(np.ascontiguousarray(grid.core(posed.labels)), ct.affine),
+        field=DisplacementField(np.ascontiguousarray(np.moveaxis(posed.nodes, 0, -1)), grid.node_affine),
+        source_labels=source_labels,
+        fixed_source_labels=None
+        if posed.source_labels is None
+        else Volume(np.ascontiguousarray(grid.core(posed.source_labels)), ct.affine),
+        joints=joints,
+        statistics=_statistics(ct, structures, fixed_to_moving, cameras, posed),
+        options=options,
+        seed=seed,
+    )
+
+
+def view_cameras(
+    ct: Volume,
+    angles_deg: Sequence[float] = (0.0, 30.0),
+    pixels: int = 400,
+    detector_mm: float = 430.0,
+    source_to_detector_mm: float = 1020.0,
+    source_to_isocenter_mm: float = 750.0,
+    isocenter: np.ndarray | None = None,
+) -> list[Camera]:
+    """Cameras on an arc about the cranio-caudal axis through the isocenter.
+
+    Args:
+        ct: gives the isocenter, its middle, unless that is given.
+        angles_deg: 0 is antero-posterior (source in front); positive turns the source to the patient's left.
+        pixels: rows and columns of the square detector.
+        detector_mm: side of the detector.
+        source_to_detector_mm: distance from the source to the detector.
+        source_to_isocenter_mm: distance from the source to the isocenter.
+        isocenter: (3,) LPS mm.
+
+    Raises:
+        InputError: more views or pixels than can be made, or distances that do not fit.
+
+    """
+    require_few_pixels(len(angles_deg), pixels)
+    require_distances(
+        source_to_detector_mm, source_to_isocenter_mm, ("source_to_detector_mm", "source_to_isocenter_mm")
+    )
+    centre = ct.bounds_center if isocenter is None else np.asarray(isocenter, dtype=np.float64)
+    intrinsics = intrinsics_matrix(source_to_detector_mm, detector_mm / pixels, pixels, pixels)
+    cameras = []
+    for angle in np.radians(angles_deg):
+        source = centre + source_to_isocenter_mm * np.array([np.sin(angle), -np.cos(angle), 0.0])
+        cameras.append(Camera(intrinsics, look_at(source, centre), pixels, pixels))
+    return cameras
+
+
+def structures_centre(structures: Structures, affine: np.ndarray) -> np.ndarray:
+    """Middle (3,) in LPS mm of the box that holds all structures: where a person would put the isocenter."""
+    boxes = find_objects((structures.labels > 0).astype(np.int8))
+    return apply(affine, np.array([(part.start + part.stop - 1) / 2 for part in boxes[0]])[::-1])
+
+
+def arc_angles(views: int, arc_deg: float) -> list[float]:
+    """Angles of views spread evenly over an arc, starting at 0: two over 30 give 0 and 30; raises InputError."""
+    require_in_range(views, simulation_limits.VIEWS, "views", "whole number")
+    return [0.0] if views == 1 else np.linspace(0, arc_deg, views).tolist()
+
+
+def perturbed_camera(
+    camera: Camera, centre: np.ndarray, rng: np.random.Generator, rotation_deg: float, translation_mm: float
+) -> Camera:
+    """The camera turned by rotation_deg about a random axis through centre and moved by translation_mm."""
+    axis, way = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
+    error = rigid_about(np.asarray(centre), np.radians(rotation_deg) * axis, translation_mm * way)
+    return camera.with_extrinsic(camera.extrinsic @ error)
+
+
+def share_in_view(camera: Camera, points: np.ndarray) -> float:
+    """Share (0 to 1) of points (N, 3) in LPS mm that fall onto the detector."""
+    pixels = camera.project(points)
+    inside = (pixels >= -0.5) & (pixels < np.array([camera.width, camera.height]) - 0.5)
+    return float(inside.all(axis=1).mean())
+
+
+def _check(
+    ct: Volume,
+    structures: Structures,
+    motions: dict[str, np.ndarray] | None,
+    anchor: str,
+    source_labels: Volume | None,
+) -> None:
+    """Refuse arguments that do not fit together."""
+    if structures.labels.shape != ct.shape:
+        raise InputError(
+            f"The labels have {structures.labels.shape} voxels but the CT {ct.shape}: use one grid."
+        )
+    if source_labels is not None and not source_labels.same_grid(ct):
+        raise InputError("source_labels must lie on the CT's grid: resample them onto it first.")
+    if anchor not in structures.names:
+        raise InputError(f"The anchor {anchor!r} is not among the structures {', '.join(structures.names)}.")
+    for name in motions or {}:
+        if name not in structures.names:
+            raise InputError(
+                f"There is a motion for {name!r}, which is not among {', '.join(structures.names)}."
+            )
+    if motions and not np.allclose(motions.get(anchor, np.eye(4)), np.eye(4)):
+        raise InputError(f"The anchor {anchor!r} defines the cameras and cannot move: leave out its motion.")
+
+
+def _statistics(
+    ct: Volume, structures: Structures, poses: dict[str, np.ndarray], cameras: list[Camera], posed: PosedCt
+) -> dict:
+    """Rest TRE (mean and largest distance that voxels travel, mm), overlap, share of voxels in view, folds."""
+    table = {}
+    for name, points in structure_points(structures, ct.affine).items():
+        fixed = apply(np.linalg.inv(poses[name]), points)
+        travel = np.linalg.norm(fixed - points, axis=1)
+        turn = np.degrees(np.arccos(np.clip((np.trace(poses[name][:3, :3]) - 1) / 2, -1, 1)))
+        table[name] = {
+            "rest_tre_mean_mm": float(travel.mean()),
+            "rest_tre_max_mm": float(travel.max()),
+            "rotation_deg": float(turn),
+            "overlap": posed.overlap.get(name, 0.0),
+            "in_view": [share_in_view(camera, fixed) for camera in cameras],
+        }
+    return {"structures": table, "folds_percent_outside_bones": posed.folds_percent}

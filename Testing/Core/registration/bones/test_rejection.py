@@ -1,0 +1,100 @@
+"""Bones that the X-rays contradict are noticed and looked for again; right ones and unseen ones are not."""
+
+import numpy as np
+import pytest
+from phantom_study import case, study
+
+from PolyPoseLib.data.progress import Monitor
+from PolyPoseLib.geometry.rigid import about, perturbation
+from PolyPoseLib.pipeline import register
+from PolyPoseLib.registration.bones.rejection import contradicted, disbelief, look_again, unexplained
+from PolyPoseLib.registration.fit.levels import Level, Measured
+from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.registration.uncertainty.covariance import UNSEEN_ROTATION_DEG, UNSEEN_TRANSLATION_MM
+from PolyPoseLib.rendering.select import select_backend
+
+FEMUR = 1
+LEVELS = (Level(4.0, 28.0, 10, 0.001), Level(3.0, 20.0, 10, 0.001))
+
+
+class Known:
+    """A case with its true cameras and poses."""
+
+    def __init__(self):
+        self.case = case()
+        self.scene = Scene(self.case.ct, self.case.structures, self.case.anchor)
+        self.soft = SoftTissue(self.scene, rotation_reach_mm=40.0)
+        self.measured = [
+            Measured(image, np.ones(image.shape, bool), camera)
+            for image, camera in zip(self.case.images, self.case.cameras, strict=True)
+        ]
+        self.true = np.stack([self.case.fixed_to_moving[name] for name in self.scene.names])
+        self.backend = select_backend()
+
+    def turned(self, degrees, seed):
+        """True poses, but the femur turned about its own middle."""
+        axis = np.random.default_rng(seed).normal(size=3)
+        turn = np.r_[np.radians(degrees) * axis / np.linalg.norm(axis), np.zeros(3)]
+        poses = self.true.copy()
+        poses[FEMUR] = about(perturbation(turn), self.scene.centres[FEMUR]) @ poses[FEMUR]
+        return poses
+
+
+@pytest.fixture(scope="module")
+def known():
+    return Known()
+
+
+def test_right_poses_are_not_contradicted(known):
+    assert contradicted(known.scene, known.soft, known.measured, known.true, known.backend) == []
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_wrong_pose_leaves_more_unexplained(known, seed):
+    right, wrong = (
+        np.nanmax(unexplained(known.scene, known.soft, known.measured, poses, known.backend)[FEMUR])
+        for poses in (known.true, known.turned(35, seed))
+    )
+    assert wrong > 2 * right
+
+
+def test_a_wrong_pose_is_contradicted_and_found_again(known):
+    wrong = known.turned(35, 0)
+    which = contradicted(known.scene, known.soft, known.measured, wrong, known.backend)
+    assert FEMUR in which
+    assert "femur_left" in disbelief(known.scene, which)[0]
+    monitor = Monitor(None, None)
+    again = look_again(known.scene, known.soft, known.measured, wrong, LEVELS, known.backend, monitor)
+    bone = np.argwhere(known.scene.structures.labels == FEMUR + 1)[::20, ::-1]
+    moving = bone @ known.scene.ct_affine[:3, :3].T + known.scene.ct_affine[:3, 3]
+    fixed = np.c_[moving, np.ones(len(moving))] @ np.linalg.inv(known.true[FEMUR]).T
+
+    def error(poses):
+        return np.linalg.norm((fixed @ poses[FEMUR].T)[:, :3] - moving, axis=1).mean()
+
+    assert error(again) < 3 < error(wrong)
+
+
+def test_a_structure_outside_every_view_says_nothing(known):
+    poses = known.true.copy()
+    poses[FEMUR, :3, 3] += 4000
+    share = unexplained(known.scene, known.soft, known.measured, poses, known.backend)
+    assert np.isnan(share[FEMUR]).all()
+
+
+def test_right_bones_are_not_looked_for_again(known, monkeypatch):
+    monkeypatch.setattr("PolyPoseLib.registration.bones.rejection.DOUBTED", 10.0)
+    monitor = Monitor(None, None)
+    same = look_again(known.scene, known.soft, known.measured, known.true, LEVELS, known.backend, monitor)
+    np.testing.assert_array_equal(same, known.true)
+
+
+def test_a_contradicted_structure_is_given_no_certainty(known, monkeypatch):
+    monkeypatch.setattr("PolyPoseLib.pipeline.contradicted", lambda *_: [FEMUR])
+    result = register(study(known.case, {"preset": "fast"}))
+    stated = result.structures["femur_left"].uncertainty
+    assert any("contradict" in warning and "femur_left" in warning for warning in result.warnings)
+    assert stated["along_mm"] == pytest.approx(1.96 * UNSEEN_TRANSLATION_MM)
+    assert stated["rotation_about_view_deg"] == pytest.approx(1.96 * UNSEEN_ROTATION_DEG)
+    assert result.structures["vertebra_L5"].uncertainty["along_mm"] < 20

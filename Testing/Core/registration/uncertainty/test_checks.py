@@ -1,0 +1,31 @@
+"""What speaks against a result, and what does not."""
+
+import numpy as np
+import pytest
+from phantom_study import phantom
+
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.registration.uncertainty.checks import Judgement, reasons_for_distrust
+
+REST = np.stack([np.eye(4)] * 3)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return Scene(*phantom(), "pelvis")
+
+
+def reasons(scene: Scene, before: float, after: float) -> str:
+    seen = np.ones((3, 2), bool)
+    judged = (Judgement([before, before], seen), Judgement([after, after], seen))
+    return " ".join(reasons_for_distrust(scene, ["a", "b"], *judged, REST))
+
+
+def test_a_patient_at_rest_may_lose_a_hair_of_similarity(scene: Scene) -> None:
+    assert reasons(scene, 0.9991, 0.9989) == ""
+    assert reasons(scene, 0.93, 0.95) == ""
+
+
+def test_a_similarity_that_falls_speaks_against_the_result(scene: Scene) -> None:
+    assert "did not rise" in reasons(scene, 0.93, 0.80)
+    assert "badly" in reasons(scene, 0.2, 0.3)

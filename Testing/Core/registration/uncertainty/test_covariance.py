@@ -1,0 +1,87 @@
+"""Intervals where the images say little: views without moving bones, bones without views, opposite directions."""
+
+import numpy as np
+import pytest
+from phantom_study import phantom
+
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.rigid import perturbation
+from PolyPoseLib.registration.fit.levels import Level, Measured, view_at
+from PolyPoseLib.registration.fit.problem import RigidProblem, State
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.registration.uncertainty.covariance import (
+    UNSEEN_TRANSLATION_MM,
+    PoseUncertainty,
+    pose_uncertainties,
+)
+from PolyPoseLib.rendering.select import select_backend
+from PolyPoseLib.simulation.simulate import view_cameras
+
+LEVEL = Level(4.0, 24.0, 10)
+REST = State(np.stack([np.eye(4)] * 3), np.stack([np.eye(4)] * 2))
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    ct, structures = phantom()
+    return Scene(ct, structures, "pelvis")
+
+
+def problem_of(scene: Scene, cameras: list[Camera], noise: float, bodies=None) -> RigidProblem:
+    """Views of the bones at rest with noise in their normalised images, everywhere of equal weight."""
+    rng = np.random.default_rng(4)
+    blank = [Measured(np.zeros((120, 120), np.float32), np.ones((120, 120), bool), c) for c in cameras]
+    views = [view_at(LEVEL, measured, scene.anchor_centre) for measured in blank]
+    problem = RigidProblem(
+        bodies or scene.bodies(4.0), views, [1, 2], [], scene.anchor_centre, 4.0, select_backend()
+    )
+    for n, view in enumerate(views):
+        rendered = view.contrast.normalise(problem.render(REST, n)[0]).values
+        view.target = rendered + rng.normal(0, noise, rendered.shape).astype(np.float32)
+        view.weight = np.ones(rendered.shape, np.float32)
+    return problem
+
+
+def two_cameras() -> list[Camera]:
+    return view_cameras(phantom()[0], (0.0, 60.0), 120, detector_mm=330.0)
+
+
+def test_a_view_that_shows_no_moving_bone_adds_nothing(scene: Scene) -> None:
+    cameras = two_cameras()
+    aside = perturbation(np.r_[np.zeros(3), 600.0, 0, 0])
+    beside = [cameras[0].with_extrinsic(aside @ cameras[0].extrinsic), cameras[1]]
+    both = pose_uncertainties(problem_of(scene, beside, 0.1), REST)
+    for doubt in both.values():
+        assert np.isfinite(doubt.covariance).all()
+        assert np.linalg.eigvalsh(doubt.covariance).min() > 0
+
+
+def test_images_without_any_noise_leave_the_systematic_part(scene: Scene) -> None:
+    for doubt in pose_uncertainties(problem_of(scene, two_cameras(), 0.0), REST).values():
+        deviations = np.sqrt(np.diag(doubt.covariance))
+        assert np.isfinite(deviations).all() and deviations[3:].max() < 1.0
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+def test_a_bone_that_is_nowhere_gets_the_interval_of_an_unseen_one(scene: Scene, noise: float) -> None:
+    bodies = list(scene.bodies(4.0))
+    empty = bodies[2].__class__(np.zeros_like(bodies[2].voxels), bodies[2].affine, bodies[2].centre)
+    doubts = pose_uncertainties(problem_of(scene, two_cameras(), noise, [*bodies[:2], empty]), REST)
+    shifts = np.sqrt(np.diag(doubts[2].covariance))[3:]
+    np.testing.assert_allclose(shifts, UNSEEN_TRANSLATION_MM, rtol=0.01)
+    assert np.sqrt(np.diag(doubts[1].covariance))[3:].max() < 5
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_opposite_views_have_their_axis_in_common(seed: int) -> None:
+    """10 mm along the beam and 1 mm across it, whichever side the X-ray was taken from."""
+    rng = np.random.default_rng(seed)
+    first, second = view_cameras(phantom()[0], (0.0, rng.uniform(165, 195)), 120, detector_mm=330.0)
+    axis = first.extrinsic[2, :3]
+    covariance = np.eye(6) * 1e-6
+    covariance[3:, 3:] = np.eye(3) + 99 * np.outer(axis, axis)
+    for cameras in ([first, second], [second, first], [first], [second]):
+        stated = PoseUncertainty(covariance).to_dict(cameras, np.eye(4), np.zeros(3))
+        assert stated["along_mm"] > 1.9 * 9
+        assert max(stated["across_mm"]) < 1.96 * 3.5
+        assert np.isfinite(stated["rotation_across_deg"]).all()
