@@ -17,24 +17,24 @@ from PolyPoseLib.data.study import Study
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.io.transforms import preview_writer
 from PolyPoseLib.registration.bones.joint import fit_structures
-from PolyPoseLib.registration.bones.rejection import contradicted, disbelief
+from PolyPoseLib.registration.bones.rejection import inconsistency_warnings, inconsistent_structures
 from PolyPoseLib.registration.cameras.initial import Regressor
 from PolyPoseLib.registration.cameras.multistart import FoundCamera, find_camera_near
 from PolyPoseLib.registration.cameras.study import CameraRefiner, StudyCameras, find_study_cameras
-from PolyPoseLib.registration.fit.levels import Measured
+from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.fit.problem import JointResult
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.outputs import TRANSFORM_MM, render_views, warp_study
 from PolyPoseLib.registration.presets import PRESETS, Preset
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.checks import (
-    Judgement,
+    ViewScores,
     hidden_structures,
     judge,
     reasons_for_distrust,
 )
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty, pose_uncertainties
-from PolyPoseLib.registration.uncertainty.local_minima import widened_by_other_valleys
+from PolyPoseLib.registration.uncertainty.local_minima import widened_by_local_minima
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.select import resolve_device, select_backend
 
@@ -78,10 +78,10 @@ def register(
     measured = [m.with_camera(c) for m, c in zip(found.refined, joint.cameras, strict=True)]
     with monitor.timed("judging"):
         after = judge(scene, soft, measured, joint.poses, backend)
-        disbelieved = contradicted(scene, soft, measured, joint.poses, backend)
+        inconsistent = inconsistent_structures(scene, soft, measured, joint.poses, backend)
     with monitor.timed("uncertainty"):
-        doubts = _doubts(joint, disbelieved, monitor) if options.uncertainty else {}
-    verdict = _Verdict(before, after, disbelieved, doubts)
+        doubts = _doubts(joint, inconsistent, monitor) if options.uncertainty else {}
+    verdict = _Verdict(before, after, inconsistent, doubts)
     return _assemble(study, options, scene, soft, found, joint, verdict, rest, device, backend, monitor)
 
 
@@ -99,11 +99,11 @@ def _camera_refiner(
 ) -> CameraRefiner:
     """The method by which the preset refines single cameras."""
 
-    def published(measured: Measured, source_to_detector_mm: float, stage: str) -> FoundCamera:
+    def published(measured: Observation, source_to_detector_mm: float, stage: str) -> FoundCamera:
         camera = find_camera_by_anchor(study.ct, scene, measured, backend, monitor, stage)
         return FoundCamera(camera, float("nan"), sure=True)
 
-    def default(measured: Measured, source_to_detector_mm: float, stage: str) -> FoundCamera:
+    def default(measured: Observation, source_to_detector_mm: float, stage: str) -> FoundCamera:
         levels = preset.camera_levels
         return find_camera_near(scene, measured, levels, source_to_detector_mm, backend, monitor, stage)
 
@@ -114,9 +114,9 @@ def _camera_refiner(
 class _Verdict:
     """before, after: how well X-rays are explained; disbelieved: structures they contradict; doubts: of poses."""
 
-    before: Judgement
-    after: Judgement
-    disbelieved: list[int]
+    before: ViewScores
+    after: ViewScores
+    inconsistent: list[int]
     doubts: dict[int, PoseUncertainty]
 
 
@@ -152,10 +152,10 @@ def _fit_bones(
     )
 
 
-def _doubts(joint: JointResult, disbelieved: Sequence[int], monitor: Monitor) -> dict[int, PoseUncertainty]:
+def _doubts(joint: JointResult, inconsistent: Sequence[int], monitor: Monitor) -> dict[int, PoseUncertainty]:
     doubts = pose_uncertainties(joint.problem, joint.state)
-    believed = {k: doubt for k, doubt in doubts.items() if k not in disbelieved}
-    return {k: PoseUncertainty.unseen() for k in doubts} | widened_by_other_valleys(
+    believed = {k: doubt for k, doubt in doubts.items() if k not in inconsistent}
+    return {k: PoseUncertainty.unseen() for k in doubts} | widened_by_local_minima(
         joint.problem, joint.state, believed, lambda n, total: monitor.step("uncertainty", n, total, None)
     )
 
@@ -201,7 +201,7 @@ def _assemble(
             *_xray_warnings(study),
             *found.warnings,
             *hidden_structures(scene, verdict.after),
-            *disbelief(scene, verdict.disbelieved),
+            *inconsistency_warnings(scene, verdict.inconsistent),
         ],
         warped_ct=warped.ct,
         warped_labels=warped.labels,

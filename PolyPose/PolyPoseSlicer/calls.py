@@ -12,7 +12,7 @@ from PolyPoseLib.errors import InputError
 from .process import environment
 from .process.camera_run import CameraRun
 from .process.registration import Registration
-from .study.camera_source import Way
+from .study.camera_source import CameraSource
 from .study.loading import load_folder
 from .study.parameters import (
     PolyPoseParameterNode,
@@ -100,8 +100,12 @@ def start_cameras(
         options_of(parameters),
     )
     ways = {source.way for source in wanted}
-    chosen = ways.pop() if len(ways) == 1 else Way.AUTO
-    method = chosen.value if chosen in (Way.DICOM, Way.LANDMARKS, Way.SEARCH, Way.LEARNED) else "auto"
+    chosen = ways.pop() if len(ways) == 1 else CameraSource.AUTO
+    method = (
+        chosen.value
+        if chosen in (CameraSource.DICOM, CameraSource.LANDMARKS, CameraSource.SEARCH, CameraSource.LEARNED)
+        else "auto"
+    )
     return CameraRun(study, method, command)
 
 
@@ -110,7 +114,7 @@ def without_camera(source: XraySource) -> XraySource:
     fields = {key: value for key, value in source.fields.items() if key != "extrinsic"}
     if fields.get("camera") == "known":
         fields.pop("camera")
-    way = Way.AUTO if source.way is Way.CARM else source.way
+    way = CameraSource.AUTO if source.way is CameraSource.CARM else source.way
     return replace(source, fields=fields, way=way, camera_transform=None, found=None)
 
 

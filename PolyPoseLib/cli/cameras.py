@@ -16,7 +16,7 @@ from PolyPoseLib.errors import InputError, UntrustedResultError
 from PolyPoseLib.io.files import replaced_whole
 
 if TYPE_CHECKING:
-    from PolyPoseLib.data.found_camera import Guess
+    from PolyPoseLib.data.found_camera import InitialCamera
     from PolyPoseLib.data.study import Study
     from PolyPoseLib.data.xray import Xray
 
@@ -105,7 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def camera_table(study: Study, guesses: dict[int, Guess]) -> str:
+def camera_table(study: Study, guesses: dict[int, InitialCamera]) -> str:
     """What was found, for people."""
     rows = [
         (
@@ -128,13 +128,13 @@ def write_json(fields: dict[str, Any], path: Path, option: str) -> None:
         raise InputError(f"{path}: cannot be written ({error.strerror}): choose another {option}.") from error
 
 
-def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dict[int, Guess]:
+def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dict[int, InitialCamera]:
     """Guesses for the X-rays ``wanted``, by number."""
     from PolyPoseLib.data.options import Options
     from PolyPoseLib.data.progress import Monitor
     from PolyPoseLib.data.xray import place_isocenter
     from PolyPoseLib.pipeline import camera_regressor
-    from PolyPoseLib.registration.cameras.rig_initial import group_guesses
+    from PolyPoseLib.registration.cameras.rig_initial import initial_rig_cameras
     from PolyPoseLib.registration.cameras.study import grouped_by_rig
     from PolyPoseLib.registration.scene import Scene
     from PolyPoseLib.rendering.select import resolve_device, select_backend
@@ -154,7 +154,7 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
             group = [xrays[n] for n in numbers]
             stage = f"camera {group[0].name or numbers[0] + 1}"
             method = _method(group[0], arguments, model is not None)
-            found = group_guesses(scene, group, backend, monitor, stage, method, model)
+            found = initial_rig_cameras(scene, group, backend, monitor, stage, method, model)
             monitor.step(stage, 1, 1, found[0].similarity)
             guesses |= {n: guess for n, guess in zip(numbers, found, strict=True) if n in wanted}
             for warning in dict.fromkeys(line for guess in found for line in guess.warnings):
@@ -171,7 +171,7 @@ def _method(xray: Xray, arguments: argparse.Namespace, has_model: bool) -> str:
     return "landmarks" if xray.landmarks is not None else "learned" if has_model else "search"
 
 
-def _enter(entry: dict[str, Any], guess: Guess, mirrored: bool) -> None:
+def _enter(entry: dict[str, Any], guess: InitialCamera, mirrored: bool) -> None:
     """Put a camera into an X-ray's entry; the extrinsic belongs to the view from the source."""
     entry["extrinsic"] = guess.camera.extrinsic.tolist()
     entry["camera"] = "initial"

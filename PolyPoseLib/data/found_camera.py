@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from PolyPoseLib.data.study import Study
 
 
-def camera_report(study: Study, guesses: dict[int, Guess]) -> dict[str, Any]:
+def camera_report(study: Study, guesses: dict[int, InitialCamera]) -> dict[str, Any]:
     """What was found, for programs: one entry an X-ray that was looked for, with its number in the study.
 
     extrinsic: (4, 4) world LPS mm to camera, for the view from the source; mirrored: whether the file shows the other
@@ -37,7 +37,7 @@ def camera_report(study: Study, guesses: dict[int, Guess]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Guess:
+class InitialCamera:
     """A camera before stage A.
 
     camera: where to start; sure: whether it may be believed without a look; radius: (degrees, mm) within which the

@@ -11,7 +11,7 @@ import numpy as np
 SHEAR_TOLERANCE_MM = 1.0
 """Largest sideways drift over the whole grid that is taken for rounding."""
 
-SHEAR_MEND = (
+SHEAR_FIX = (
     "resample the CT to a straight grid first, for example by Slicer's Acquisition Geometry Regularization"
 )
 

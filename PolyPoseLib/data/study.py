@@ -22,6 +22,7 @@ RIG_TOLERANCE = (1.0, 2.0)
 """Degrees and mm by which two known cameras may differ from the relative pose that their rig tells, and by which two
 places in a rig must differ at least, in one of them."""
 
+
 @dataclass(frozen=True)
 class Study:
     """Everything that a registration needs; a study that exists is valid.
@@ -141,5 +142,3 @@ def _difference(first: np.ndarray, second: np.ndarray) -> tuple[float, float]:
 def _is_within(tolerance: tuple[float, float], difference: tuple[float, float]) -> bool:
     """Whether neither the degrees nor the mm of a difference are beyond the tolerance."""
     return difference[0] <= tolerance[0] and difference[1] <= tolerance[1]
-
-

@@ -176,5 +176,3 @@ def resample_labels_onto(labels: Volume, reference: Volume) -> Volume:
         0,
     )
     return Volume(sitk.GetArrayFromImage(resampled), reference.affine)
-
-

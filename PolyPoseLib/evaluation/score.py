@@ -33,9 +33,7 @@ _BODY_HU = -500.0
 _MINIMUM_ORGAN_VOXELS = 50
 
 
-def score_result(
-    result: Result, truth: Truth, stands_for: Mapping[str, str] | None = None
-) -> dict[str, Any]:
+def score_result(result: Result, truth: Truth, stands_for: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Score a result against the truth.
 
     Args:

@@ -26,7 +26,6 @@ STUDY_FILE = "study.json"
 TRUTH_FOLDER = "truth"
 
 
-
 def write_case(
     case: SimulatedCase,
     folder: str | Path,

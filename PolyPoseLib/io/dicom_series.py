@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from PolyPoseLib.data.shear import SHEAR_MEND, SHEAR_TOLERANCE_MM
+from PolyPoseLib.data.shear import SHEAR_FIX, SHEAR_TOLERANCE_MM
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.dicom import XrayTags, complete_meta, quiet_pydicom, refuse_short
@@ -92,9 +92,7 @@ def stack_affine(slices: Sequence[Slice], name: str) -> np.ndarray:
     drift = np.linalg.norm(positions - positions[0] - along[:, None] * first.normal, axis=1).max()
     if drift > SHEAR_TOLERANCE_MM:
         angle = np.degrees(np.arctan2(drift, along[-1]))
-        raise InputError(
-            f"{name}: the slices are sheared by {angle:.1f} degrees (gantry tilt): {SHEAR_MEND}."
-        )
+        raise InputError(f"{name}: the slices are sheared by {angle:.1f} degrees (gantry tilt): {SHEAR_FIX}.")
     affine = np.eye(4)
     affine[:3, 0] = first.rows_columns[0] * first.spacing[1]
     affine[:3, 1] = first.rows_columns[1] * first.spacing[0]

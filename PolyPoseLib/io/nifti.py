@@ -14,7 +14,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from PolyPoseLib.data.shear import SHEAR_MEND, SHEAR_TOLERANCE_MM, sideways_drift
+from PolyPoseLib.data.shear import SHEAR_FIX, SHEAR_TOLERANCE_MM, sideways_drift
 from PolyPoseLib.errors import InputError
 
 HEADERS = (".hdr", ".hdr.gz")
@@ -101,7 +101,7 @@ def _check_sform(header: _Header, path: Path) -> None:
     drift, degrees = sideways_drift(header.axes, header.sizes[:3])
     if drift > SHEAR_TOLERANCE_MM:
         raise InputError(
-            f"{path}: its axes are sheared by {degrees:.1f} degrees (gantry tilt, in its sform): {SHEAR_MEND}."
+            f"{path}: its axes are sheared by {degrees:.1f} degrees (gantry tilt, in its sform): {SHEAR_FIX}."
         )
 
 

@@ -69,9 +69,7 @@ def load_truth(folder: str | Path) -> Truth:
     folder = Path(folder)
     path = folder / TRUTH_FILE
     if not path.is_file():
-        raise InputError(
-            f"{folder}: there is no {TRUTH_FILE}; give the truth folder that simulate wrote."
-        )
+        raise InputError(f"{folder}: there is no {TRUTH_FILE}; give the truth folder that simulate wrote.")
     try:
         fields = _json_object(path)
         if fields["version"] != VERSION:
@@ -85,12 +83,8 @@ def load_truth(folder: str | Path) -> Truth:
         }
         if fields["anchor"] not in list(poses):
             raise InputError(f'{path}: "anchor" is none of "structures"; simulate the case again.')
-        cameras = [
-            _read_camera(each, f"{path}: cameras[{n}]") for n, each in enumerate(fields["cameras"])
-        ]
-        volumes = {
-            kind: read_volume(files[kind]) for kind in ("fixed_ct", "fixed_labels", "moving_labels")
-        }
+        cameras = [_read_camera(each, f"{path}: cameras[{n}]") for n, each in enumerate(fields["cameras"])]
+        volumes = {kind: read_volume(files[kind]) for kind in ("fixed_ct", "fixed_labels", "moving_labels")}
         truth = Truth(
             names=tuple(poses),
             anchor=fields["anchor"],

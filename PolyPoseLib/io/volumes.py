@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from PolyPoseLib.data.shear import SHEAR_MEND, SHEAR_TOLERANCE_MM, sideways_drift
+from PolyPoseLib.data.shear import SHEAR_FIX, SHEAR_TOLERANCE_MM, sideways_drift
 from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.detached_data import HEADER_ENDINGS, refuse_special_data
@@ -145,7 +145,7 @@ def _first_of_last_axis(image: sitk.Image) -> sitk.Image:
 def _read_failure(path: Path, message: str) -> str:
     """One sentence for the toolkit's several lines."""
     if _SHEAR.search(message):
-        return f"{path}: the slices are sheared (gantry tilt) or its axes are not orthonormal; {SHEAR_MEND}."
+        return f"{path}: the slices are sheared (gantry tilt) or its axes are not orthonormal; {SHEAR_FIX}."
     if path.stat().st_size == 0:
         return f"{path}: the file is empty; export it again."
     return f"{path}: the file is no readable image (damaged, cut short, another format); export it again."
@@ -228,9 +228,7 @@ def _check_straight(volume: Volume, path: str | Path) -> None:
     """Refuse axes that are not perpendicular, as after gantry tilt: results could not be saved on such a grid."""
     drift, degrees = sideways_drift(volume.affine[:3, :3], np.array(volume.shape[::-1]))
     if drift > SHEAR_TOLERANCE_MM:
-        raise InputError(
-            f"{path}: its axes are sheared by {degrees:.1f} degrees (gantry tilt): {SHEAR_MEND}."
-        )
+        raise InputError(f"{path}: its axes are sheared by {degrees:.1f} degrees (gantry tilt): {SHEAR_FIX}.")
 
 
 def _check_spacing(volume: Volume, path: str | Path) -> None:

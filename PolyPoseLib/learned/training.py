@@ -106,7 +106,9 @@ def train(
 
     """
     with torch_threads(plan.threads):
-        return _train(Trainer(scene, views, detector, plan, device), fingerprint, monitor, checkpoint, resume_from)
+        return _train(
+            Trainer(scene, views, detector, plan, device), fingerprint, monitor, checkpoint, resume_from
+        )
 
 
 def _train(
@@ -175,7 +177,7 @@ class Trainer:
         batches = training_batches(self.sampler, state.step, plan.steps, plan.workers)
         waiting = next(batches, None)
         state.began = time.monotonic()  # what it takes to get going does not count
-        while waiting is not None and self.share < 1 and state.fruitless < plan.patience:
+        while waiting is not None and self.share < 1 and state.stagnant < plan.patience:
             batch = waiting
             if state.bfloat16 is None:
                 state.bfloat16 = self._bfloat16_pays(batch.tensors(self.device)[0])

@@ -34,7 +34,7 @@ class TrainingState:
     earlier_seconds: float = 0.0
     best_mm: float = float("inf")
     best: dict[str, Tensor] = field(default_factory=dict)
-    fruitless: int = 0
+    stagnant: int = 0
     bfloat16: bool | None = None
     began: float = field(default_factory=time.monotonic)
 
@@ -56,11 +56,11 @@ class TrainingState:
     def keep_if_best(self, error_mm: float) -> None:
         """Remember the averaged weights when they are the best so far."""
         if error_mm < self.best_mm:
-            self.best_mm, self.fruitless = error_mm, 0
+            self.best_mm, self.stagnant = error_mm, 0
             weights = self.average.module.state_dict()
             self.best = {name: value.detach().cpu().clone() for name, value in weights.items()}
         else:
-            self.fruitless += 1
+            self.stagnant += 1
 
     def checkpoint(self, identity: dict[str, Any]) -> dict[str, Any]:
         """Plain values and tensors to go on from; ``identity`` tells which training they belong to."""
@@ -73,7 +73,7 @@ class TrainingState:
             "seconds": self.seconds,
             "best_mm": self.best_mm,
             "best": self.best,
-            "fruitless": self.fruitless,
+            "fruitless": self.stagnant,
             "bfloat16": self.bfloat16,
         }
 
@@ -90,7 +90,7 @@ class TrainingState:
             self.optimizer.load_state_dict(fields["optimizer"])
             self.step, self.earlier_seconds = int(fields["step"]), float(fields["seconds"])
             self.best_mm, self.best = float(fields["best_mm"]), dict(fields["best"])
-            self.fruitless, self.bfloat16 = int(fields["fruitless"]), fields["bfloat16"]
+            self.stagnant, self.bfloat16 = int(fields["fruitless"]), fields["bfloat16"]
         except (KeyError, TypeError, ValueError, RuntimeError) as error:
             raise InputError("The checkpoint is damaged: leave out --resume.") from error
         self.began = time.monotonic()

@@ -75,5 +75,3 @@ class Backend(Protocol):
     ) -> np.ndarray:
         """Line integrals (rows, columns) through a volume that is displaced by a field."""
         ...
-
-

@@ -9,6 +9,7 @@ from PolyPoseLib.rendering.occupancy import OccupiedBlocks
 
 _MOST_VALUES = 2**31 - 1
 
+
 class NumbaBackend:
     """Compiled on first use; multi-threaded."""
 

@@ -45,7 +45,7 @@ def fused_displacements(warp: object) -> Callable[[np.ndarray], np.ndarray] | No
         np.ascontiguousarray(poses[:, :3], np.float32),
         warp.logs.detach().numpy().astype(np.float32),
         warp.shifts.detach().numpy().astype(np.float32),
-        np.float32((warp.turning.reach_mm if warp.turning else ENDLESS_MM) ** 2),
+        np.float32((warp.rotation_falloff.reach_mm if warp.rotation_falloff else ENDLESS_MM) ** 2),
     )
 
     def displacements(points: np.ndarray) -> np.ndarray:

@@ -47,7 +47,7 @@ POINTS_PER_CHUNK = 1 << 17
 
 
 @dataclass(frozen=True)
-class Turning:
+class RotationFalloff:
     """How far bones turn the tissue around them.
 
     reach_mm: distance at which tissue takes half of a bone's rotation; centroids: (K, 3) of the structures in the CT,
@@ -88,12 +88,12 @@ class PolyrigidWarp:
         form: WeightForm = "rigid",
         epsilon: float = 0.1,
         center: np.ndarray | None = None,
-        turning: Turning | None = None,
+        rotation_falloff: RotationFalloff | None = None,
     ) -> None:
         """Check the arguments and take the logarithms."""
         device = distances.signed.device
         self.distances = distances
-        self.frame, self.form, self.epsilon, self.turning = frame, form, epsilon, turning
+        self.frame, self.form, self.epsilon, self.rotation_falloff = frame, form, epsilon, rotation_falloff
         self.share = torch.as_tensor(share, dtype=torch.float64, device=device)
         self.poses = torch.as_tensor(poses, dtype=torch.float64, device=device)
         count = distances.count
@@ -108,10 +108,10 @@ class PolyrigidWarp:
             raise InputError("A pose of the warp holds NaN or infinity: the registration diverged.")
         if frame not in ("moving", "fixed"):
             raise InputError(f"The weights' frame {frame!r} is not known; choose 'moving' or 'fixed'.")
-        if turning is not None and turning.centroids.shape != (count, 3):
+        if rotation_falloff is not None and rotation_falloff.centroids.shape != (count, 3):
             raise InputError(
                 f"The warp needs {count} centroids (x, y, z), one for each structure, not an array of shape "
-                f"{turning.centroids.shape}."
+                f"{rotation_falloff.centroids.shape}."
             )
         middle = _grid_center(distances) if center is None else np.asarray(center, dtype=np.float64)
         self.center = torch.as_tensor(middle, dtype=torch.float64, device=device)
@@ -137,15 +137,17 @@ class PolyrigidWarp:
             self.form,
             self.epsilon,
             self.center.cpu().numpy(),
-            self.turning,
+            self.rotation_falloff,
         )
 
     @property
     def shifts(self) -> Tensor:
         """(K, 3) mm, how far each structure's centroid moves from its fixed to its moving place."""
-        if self.turning is None:
+        if self.rotation_falloff is None:
             return torch.zeros_like(self.poses[:, :3, 3])
-        moving = torch.as_tensor(self.turning.centroids, dtype=torch.float64, device=self.poses.device)
+        moving = torch.as_tensor(
+            self.rotation_falloff.centroids, dtype=torch.float64, device=self.poses.device
+        )
         back = self.poses[:, :3, :3].transpose(1, 2)
         return moving - (back @ (moving - self.poses[:, :3, 3])[:, :, None])[:, :, 0]
 
@@ -198,9 +200,9 @@ class PolyrigidWarp:
     def _mean_logs(self, weight: Tensor, distance: Tensor) -> Tensor:
         """Logarithms (N, 6) by which points move, from weights and distances (K, N)."""
         logs = self.logs.to(weight)
-        if self.turning is None:
+        if self.rotation_falloff is None:
             return weight.T @ logs
-        turned = weight / (1 + (distance / self.turning.reach_mm) ** 2)
+        turned = weight / (1 + (distance / self.rotation_falloff.reach_mm) ** 2)
         shift = (weight - turned).T @ self.shifts.to(weight)
         return turned.T @ logs + torch.nn.functional.pad(shift, (3, 0))
 

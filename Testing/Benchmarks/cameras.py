@@ -34,7 +34,7 @@ from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS, standard_view_rotation
 from PolyPoseLib.registration.cameras.initial import initial_camera
 from PolyPoseLib.registration.cameras.refine import find_camera
-from PolyPoseLib.registration.fit.levels import Measured
+from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.presets import PRESETS
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
@@ -156,7 +156,7 @@ def find(
         guess = initial_camera(scene, xray, backend, monitor, "camera")
     except PolyPoseError as error:
         return {"sure": False, "error_mm": None, "seconds": time.perf_counter() - start, "how": str(error)}
-    measured = Measured(xray.image, xray.mask, guess.camera)
+    measured = Observation(xray.image, xray.mask, guess.camera)
     camera = find_camera(scene, measured, PRESETS["default"].camera_levels, backend, monitor, "camera")
     errors = [projection_error_mm(points, true, each) for each in (guess.camera, camera)]
     first, last = (float(np.mean(np.nan_to_num(error, nan=1e3))) for error in errors)

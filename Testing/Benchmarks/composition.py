@@ -28,7 +28,7 @@ from PolyPoseLib.simulation.motion import rigid_about
 from PolyPoseLib.simulation.posed_ct import pose_ct
 from PolyPoseLib.warp.composition import compose_warped_ct
 from PolyPoseLib.warp.dense import warp_volume
-from PolyPoseLib.warp.polyrigid import PolyrigidWarp, Turning
+from PolyPoseLib.warp.polyrigid import PolyrigidWarp, RotationFalloff
 from PolyPoseLib.warp.weights import distance_maps
 
 FEMUR = "femur_left"
@@ -82,9 +82,9 @@ def _dislocation(ct: Volume, structures: Structures, joint: np.ndarray, shift_mm
 
 
 def _warp(ct: Volume, structures: Structures, poses: np.ndarray) -> PolyrigidWarp:
-    turning = Turning(REACH_MM, structures.centroids(ct.affine))
+    rotation_falloff = RotationFalloff(REACH_MM, structures.centroids(ct.affine))
     maps = distance_maps(structures, ct.affine)
-    return PolyrigidWarp(maps, structures.volume_share(), poses, turning=turning)
+    return PolyrigidWarp(maps, structures.volume_share(), poses, rotation_falloff=rotation_falloff)
 
 
 def _smooth(ct: Volume, structures: Structures, poses: np.ndarray) -> Volume:

@@ -40,7 +40,7 @@ from PolyPoseLib.learned.view_range import ViewRange
 from PolyPoseLib.registration.cameras.initial import initial_camera
 from PolyPoseLib.registration.cameras.refine import find_camera
 from PolyPoseLib.registration.cameras.search import SearchRange, coarse_cameras
-from PolyPoseLib.registration.fit.levels import Measured
+from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.presets import PRESETS
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.select import select_backend
@@ -156,7 +156,7 @@ class Comparison:
         """Add to a test view's row the errors and times of the ways that it lacks."""
         view = row["view"]
         xray = xray_of(image, true, view)
-        measured = Measured(xray.image, xray.mask, true)
+        measured = Observation(xray.image, xray.mask, true)
         searched = SearchRange.around_view(view, SOURCE_TO_DETECTOR_MM)
         quiet = Monitor(None, None)
         ways: dict[str, Callable[[], Any]] = {
@@ -176,7 +176,7 @@ class Comparison:
             self.scene, xray, self.backend, Monitor(None, None), "camera", method, model=self.model
         )
 
-    def _scored(self, way: Callable[[], Any], true: Camera, measured: Measured) -> dict[str, Any]:
+    def _scored(self, way: Callable[[], Any], true: Camera, measured: Observation) -> dict[str, Any]:
         """Error before and after the usual refinement, and the time before it."""
         start, used = time.perf_counter(), _cpu_seconds()
         try:
@@ -185,7 +185,7 @@ class Comparison:
             return {"failed": str(error), "error_mm": None, "refined_mm": None}
         seconds, cpu_seconds = time.perf_counter() - start, _cpu_seconds() - used
         camera = found if isinstance(found, Camera) else found.camera
-        start_at = Measured(measured.image, measured.mask, camera)
+        start_at = Observation(measured.image, measured.mask, camera)
         levels = PRESETS["default"].camera_levels
         refined = find_camera(self.scene, start_at, levels, self.backend, Monitor(None, None), "camera")
         row = {"seconds": seconds, "cpu_seconds": cpu_seconds}

@@ -14,7 +14,7 @@ from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.grid import Grid
-from PolyPoseLib.registration.fit.levels import Level, Measured, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, view_at
 from PolyPoseLib.registration.fit.problem import RigidProblem, State
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.scene import Scene
@@ -116,7 +116,7 @@ def paper_objective(
 ) -> PolyrigidObjective:
     """The paper's objective, with X-rays of the CT at rest as targets."""
     blank = [
-        Measured(np.zeros((c.height, c.width), np.float32), np.ones((c.height, c.width), bool), c)
+        Observation(np.zeros((c.height, c.width), np.float32), np.ones((c.height, c.width), bool), c)
         for c in setting.cameras
     ]
     centres = setting.structures.centroids(setting.ct.affine)
@@ -126,7 +126,7 @@ def paper_objective(
     )
     still = np.zeros_like(setting.parameters)
     seen = [
-        view_of(Measured(projector.image(still), m.mask, m.camera), size)
+        view_of(Observation(projector.image(still), m.mask, m.camera), size)
         for projector, m in zip(first.projectors, blank, strict=True)
     ]
     return PolyrigidObjective(grid.voxels, grid.affine, warp, seen, centres, step_mm, backend)
@@ -139,7 +139,9 @@ def bone_problem(setting: Setting, size_mm: float, backend: Backend) -> tuple[Ri
     views = []
     for camera in setting.cameras:
         image = np.random.default_rng(0).random((camera.height, camera.width)).astype(np.float32)
-        views.append(view_at(level, Measured(image, np.ones(image.shape, bool), camera), scene.anchor_centre))
+        views.append(
+            view_at(level, Observation(image, np.ones(image.shape, bool), camera), scene.anchor_centre)
+        )
     moving = list(range(1, len(scene.names)))
     bodies = scene.bodies(size_mm)
     problem = RigidProblem(bodies, views, moving, [], scene.anchor_centre, size_mm, backend)

@@ -6,10 +6,10 @@ import landmark_case
 import numpy as np
 from panel_case import PanelCase, choose_node
 from PolyPoseSlicer.study import parameters
-from PolyPoseSlicer.study.camera_source import Way
+from PolyPoseSlicer.study.camera_source import CameraSource
 from PolyPoseSlicer.study.xray_source import XraySource
 
-WAYS = [way.value for way in Way]
+WAYS = [way.value for way in CameraSource]
 
 
 class LandmarksCase(PanelCase):
@@ -26,9 +26,9 @@ class LandmarksCase(PanelCase):
         sources[0] = XraySource(sources[0].image, fields=landmark_case.fields_of(self.camera))
         parameters.store_xray_sources(self.panel.parameters, sources)
         self.ui.xraysTable.selectRow(0)
-        self.choose(Way.LANDMARKS)
+        self.choose(CameraSource.LANDMARKS)
 
-    def choose(self, way: Way) -> None:
+    def choose(self, way: CameraSource) -> None:
         self.ui.cameraWay.currentIndex = WAYS.index(way.value)
 
     def source(self, row: int = 0) -> XraySource:

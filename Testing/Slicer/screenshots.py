@@ -52,16 +52,16 @@ def main(study: str, output: str) -> None:
 def _landmarks(panel, manager, folder: Path, study: Path) -> None:
     """Pick landmarks of the anchor in the first view as a person would, one of them wrong, and find the second."""
     from PolyPoseSlicer.scene import landmark_lists
-    from PolyPoseSlicer.study.camera_source import Way
+    from PolyPoseSlicer.study.camera_source import CameraSource
 
     ui, rng = panel.ui, np.random.default_rng(0)
     truth = json.loads((study.parent / "truth" / "truth.json").read_text())["cameras"][0]
     points = _places_on_the_anchor(study)
     pixels = _project(truth, points) + rng.normal(0, 1.5, (len(points), 2))
     pixels[4] += [-60, -45]
-    ways = list(Way)
+    ways = list(CameraSource)
     ui.cameraSection.collapsed = False
-    ui.cameraWay.currentIndex = ways.index(Way.LANDMARKS)
+    ui.cameraWay.currentIndex = ways.index(CameraSource.LANDMARKS)
     panel.landmarks.pick_in_ct(True)
     panel.landmarks.pick_in_xray(True)
     panel.landmarks.pick_in_xray(False)
@@ -77,7 +77,7 @@ def _landmarks(panel, manager, folder: Path, study: Path) -> None:
     pictures = [manager.slices["PolyPoseXray1"], manager.slices["Red"]]
     _save(_tile([[_picture(each) for each in pictures] + [_three_d(manager)]]), folder / "landmarks.png")
     ui.xraysTable.selectRow(1)
-    ui.cameraWay.currentIndex = ways.index(Way.SEARCH)
+    ui.cameraWay.currentIndex = ways.index(CameraSource.SEARCH)
     ui.findCamera.click()
     _wait(lambda: not panel.cameras.running, 300)
     print(ui.cameraStage.text, ui.cameraFinding.text)

@@ -14,7 +14,7 @@ import slicer
 from PolyPoseSlicer.scene import landmark_lists, pixel_frames, xray_views
 from PolyPoseSlicer.scene.cameras import SceneCamera
 from PolyPoseSlicer.study import landmark_fit
-from PolyPoseSlicer.study.camera_source import Way
+from PolyPoseSlicer.study.camera_source import CameraSource
 from PolyPoseSlicer.study.xray_reading import read_source
 from PolyPoseSlicer.study.xray_source import XraySource
 from slicer_case import SlicerTestCase
@@ -232,14 +232,14 @@ class EntryTest(SlicerTestCase):
             xray_landmarks=landmark_case.add_xray_list(self.camera.project(self.points)),
         )
 
-    def entry(self, way: Way, **changes) -> dict:
+    def entry(self, way: CameraSource, **changes) -> dict:
         return json.loads(json.dumps(replace(self.source, way=way, **changes).entry("x.nrrd", None)))
 
     def test_landmarks_of_the_scene_give_the_core_the_true_camera(self) -> None:
         from PolyPoseLib.data.landmarks import parse_landmarks
         from PolyPoseLib.geometry.pnp import camera_from_landmarks
 
-        entry = self.entry(Way.LANDMARKS)
+        entry = self.entry(CameraSource.LANDMARKS)
         self.assertFalse({"extrinsic", "standard_view", "camera"} & entry.keys())
         read = parse_landmarks(entry["landmarks"], "entry")
         detector = Camera(np.array(entry["intrinsics"]), np.eye(4), self.camera.height, self.camera.width)
@@ -253,7 +253,7 @@ class EntryTest(SlicerTestCase):
 
         ct = scenes.add_ct()
         bones = scenes.add_segmentation(ct)
-        source = replace(self.source, way=Way.LANDMARKS)
+        source = replace(self.source, way=CameraSource.LANDMARKS)
         data = read_study(ct, bones, {"pelvis": ["pelvis"]}, [source], "pelvis")
         path = write_study(data, self.folder)
         wanted = json.loads(path.read_text())["xrays"][0]["landmarks"]
@@ -263,35 +263,39 @@ class EntryTest(SlicerTestCase):
         node = PolyPoseLogic().getParameterNode()
         open_study(path, node)
         opened = parameters.xray_sources(node)[0]
-        self.assertIs(opened.way, Way.LANDMARKS)
+        self.assertIs(opened.way, CameraSource.LANDMARKS)
         found = opened.entry("x.nrrd", None)["landmarks"]
         self.assertEqual([each["name"] for each in found], [each["name"] for each in wanted])
         for key in ("point", "pixel"):
             np.testing.assert_allclose([e[key] for e in found], [e[key] for e in wanted], atol=1e-6)
 
     def test_each_way_leaves_the_others_out(self) -> None:
-        self.assertEqual(self.entry(Way.AUTO)["extrinsic"], np.eye(4).tolist())
-        self.assertNotIn("landmarks", self.entry(Way.AUTO))
-        searched = self.entry(Way.SEARCH)
+        self.assertEqual(self.entry(CameraSource.AUTO)["extrinsic"], np.eye(4).tolist())
+        self.assertNotIn("landmarks", self.entry(CameraSource.AUTO))
+        searched = self.entry(CameraSource.SEARCH)
         self.assertEqual((searched["camera"], searched["standard_view"]), ("absent", "PA"))
         self.assertFalse({"extrinsic", "landmarks"} & searched.keys())
-        self.assertFalse({"extrinsic", "landmarks", "standard_view", "camera"} & self.entry(Way.DICOM).keys())
+        self.assertFalse(
+            {"extrinsic", "landmarks", "standard_view", "camera"} & self.entry(CameraSource.DICOM).keys()
+        )
 
     def test_a_camera_by_hand_counts_by_hand_only(self) -> None:
         placed = scenes.add_transform(scenes.rotation((1, 2, 3), 40))
-        self.assertNotEqual(self.entry(Way.CARM, camera_transform=placed)["extrinsic"], np.eye(4).tolist())
-        self.assertNotIn("extrinsic", self.entry(Way.SEARCH, camera_transform=placed))
+        self.assertNotEqual(
+            self.entry(CameraSource.CARM, camera_transform=placed)["extrinsic"], np.eye(4).tolist()
+        )
+        self.assertNotIn("extrinsic", self.entry(CameraSource.SEARCH, camera_transform=placed))
 
     def test_a_calibrated_camera_is_read_with_its_pose(self) -> None:
         path = self.folder / "camera.csv"
         np.savetxt(path, self.camera.intrinsics @ self.camera.extrinsic[:3], delimiter=",")
         fields = {"source_to_detector_mm": 1000.0, "calibration": str(path)}
-        source = replace(self.source, fields=fields, way=Way.CALIBRATION)
+        source = replace(self.source, fields=fields, way=CameraSource.CALIBRATION)
         self.assertEqual(source.entry("x.nrrd", None)["calibration_frame"], "ct")
         xray = read_source(source)
         np.testing.assert_allclose(xray.extrinsic, self.camera.extrinsic, atol=1e-6)
         np.testing.assert_allclose(xray.intrinsics, self.camera.intrinsics, atol=1e-6)
-        other = read_source(replace(source, way=Way.SEARCH))
+        other = read_source(replace(source, way=CameraSource.SEARCH))
         self.assertIsNone(other.extrinsic)
         np.testing.assert_allclose(other.intrinsics, self.camera.intrinsics, atol=1e-6)
 

@@ -17,12 +17,12 @@ from PolyPoseSlicer.process.camera_run import findings_in
 from PolyPoseSlicer.scene.cameras import camera_of
 from PolyPoseSlicer.study import parameters
 from PolyPoseSlicer.study.camera_finding import CameraFinding
-from PolyPoseSlicer.study.camera_source import Way
+from PolyPoseSlicer.study.camera_source import CameraSource
 from PolyPoseSlicer.study.xray_source import XraySource
 
 from PolyPoseLib.errors import InputError
 
-WAYS = [way.value for way in Way]
+WAYS = [way.value for way in CameraSource]
 ANSWER = """
 arguments = arguments[2:]  # after -m PolyPoseLib
 study = json.loads(Path(arguments[1]).read_text())
@@ -66,7 +66,7 @@ class CamerasCase(PanelCase):
         )
         self.ui.xraysTable.selectRow(0)
 
-    def choose(self, way: Way, row: int = 0) -> None:
+    def choose(self, way: CameraSource, row: int = 0) -> None:
         self.ui.xraysTable.selectRow(row)
         self.ui.cameraWay.currentIndex = WAYS.index(way.value)
 
@@ -91,7 +91,7 @@ class CamerasCase(PanelCase):
 
 class FindTest(CamerasCase):
     def test_a_sure_camera_is_taken_and_told(self) -> None:
-        self.choose(Way.SEARCH)
+        self.choose(CameraSource.SEARCH)
         self.ui.standardView.currentIndex = self.ui.standardView.findText("PA")
         self.answer(found())
         self.find()
@@ -116,7 +116,7 @@ class FindTest(CamerasCase):
         self.assertIn("none yet", self.ui.xraysTable.item(1, 2).text())
 
     def test_a_doubtful_camera_waits_for_a_person(self) -> None:
-        self.choose(Way.SEARCH)
+        self.choose(CameraSource.SEARCH)
         self.answer(found(sure=False))
         self.find()
         self.assertIsNone(self.source().camera_transform)
@@ -142,8 +142,8 @@ class FindTest(CamerasCase):
         self.assertNotIn("extrinsic", self.source().entry("x", None))
 
     def test_all_xrays_without_a_camera(self) -> None:
-        self.choose(Way.SEARCH, 0)
-        self.choose(Way.DICOM, 1)
+        self.choose(CameraSource.SEARCH, 0)
+        self.choose(CameraSource.DICOM, 1)
         self.answer(found(), found(sure=False))
         self.ui.findCameras.click()
         self.wait(lambda: not self.panel.cameras.running)
@@ -159,16 +159,16 @@ class FindTest(CamerasCase):
         self.assertIn("Every X-ray has a camera", self.ui.cameraStage.text)
 
     def test_another_way_forgets_what_was_found(self) -> None:
-        self.choose(Way.SEARCH)
+        self.choose(CameraSource.SEARCH)
         self.answer(found())
         self.find()
-        self.choose(Way.DICOM)
+        self.choose(CameraSource.DICOM)
         self.assertIsNone(self.source().found)
         self.assertIsNone(self.source().camera_transform)
         self.assertIn("no angles", self.ui.cameraFinding.text)
 
     def test_an_xray_that_changed_meanwhile_is_left(self) -> None:
-        self.choose(Way.SEARCH)
+        self.choose(CameraSource.SEARCH)
         self.answer(found())
         self.ui.findCamera.click()
         self.ui.xrayDistance.text = "900"
@@ -178,7 +178,7 @@ class FindTest(CamerasCase):
         self.assertIn("changed meanwhile", self.ui.cameraStage.text)
 
     def test_ways_that_need_no_search(self) -> None:
-        for way in (Way.CARM, Way.CALIBRATION):
+        for way in (CameraSource.CARM, CameraSource.CALIBRATION):
             self.choose(way)
             self.assertFalse(self.ui.findCamera.enabled)
             self.assertIn("without a search", self.ui.findCamera.toolTip)
@@ -189,7 +189,7 @@ class FindTest(CamerasCase):
         camera = landmark_case.random_camera(rng)
         path = self.folder / "camera.csv"
         np.savetxt(path, camera.intrinsics @ camera.extrinsic[:3], delimiter=",")
-        self.choose(Way.CALIBRATION)
+        self.choose(CameraSource.CALIBRATION)
         self.ui.calibrationFile.currentPath = str(path)
         xray = self.panel.xrays.report().xray
         np.testing.assert_allclose(xray.extrinsic, camera.extrinsic, atol=1e-6)
@@ -202,7 +202,7 @@ class FindTest(CamerasCase):
         self.assertIn("3 rows of 4 numbers", self.ui.xrayState.text)
 
     def test_a_path_may_be_cleared_and_may_have_any_ending(self) -> None:
-        self.choose(Way.CALIBRATION)
+        self.choose(CameraSource.CALIBRATION)
         for path in ("/given/camera.CSV", "/given/rig.dat", ""):
             self.ui.calibrationFile.currentPath = path
             self.assertEqual(self.source().fields.get("calibration", ""), path)
@@ -210,7 +210,7 @@ class FindTest(CamerasCase):
             self.assertEqual(self.ui.calibrationFile.currentPath, path)
 
     def test_a_trained_model_is_handed_on_and_only_where_it_is_used(self) -> None:
-        self.choose(Way.LEARNED)
+        self.choose(CameraSource.LEARNED)
         self.assertFalse(self.ui.findCamera.enabled)
         self.assertIn("Choose the model's file", self.ui.cameraFinding.text)
         self.ui.cameraModel.currentPath = "/models/pelvis.pt"
@@ -223,16 +223,16 @@ class FindTest(CamerasCase):
         self.assertEqual(study["xrays"][0]["camera"], "absent")
         self.ui.threads.value = 2
         self.assertEqual(parameters.camera_model_of(self.panel.parameters), "/models/pelvis.pt")
-        self.choose(Way.SEARCH, 1)
-        self.choose(Way.SEARCH, 0)
+        self.choose(CameraSource.SEARCH, 1)
+        self.choose(CameraSource.SEARCH, 0)
         self.assertNotIn("camera_model", parameters.options_of(self.panel.parameters))
-        self.choose(Way.LEARNED)
+        self.choose(CameraSource.LEARNED)
         self.ui.cameraModel.currentPath = ""
         self.assertNotIn("camera_model", parameters.options_of(self.panel.parameters))
 
     def rig(self, name: str, row: int) -> None:
         """Type a rig's name for an X-ray, whose camera was calibrated."""
-        self.choose(Way.SEARCH, row)
+        self.choose(CameraSource.SEARCH, row)
         camera = landmark_case.random_camera(np.random.default_rng(row))
         path = self.folder / f"camera{row}.csv"
         np.savetxt(path, camera.intrinsics @ camera.extrinsic[:3], delimiter=",")
@@ -259,7 +259,7 @@ class FindTest(CamerasCase):
         self.assertEqual(self.ui.rigName.text, "")
 
     def test_a_rig_without_a_calibration_says_what_it_lacks(self) -> None:
-        self.choose(Way.SEARCH)
+        self.choose(CameraSource.SEARCH)
         type_into(self.ui.rigName, "biplane")
         self.assertEqual(self.ui.xraysTable.item(0, 3).text(), "not ready")
         self.assertIn("nothing tells its place in it", self.ui.xrayState.text)
@@ -306,7 +306,7 @@ class EndsTest(CamerasCase):
         self.assertEqual(registration.leftover_folders(), [])
 
     def test_it_goes_on_while_another_module_is_open(self) -> None:
-        self.choose(Way.SEARCH)
+        self.choose(CameraSource.SEARCH)
         self.answer(found())
         self.ui.findCamera.click()
         self.panel.exit()
@@ -315,7 +315,7 @@ class EndsTest(CamerasCase):
         self.assertTrue(self.source().found.taken)
 
     def test_what_was_found_is_saved_with_the_scene(self) -> None:
-        self.choose(Way.SEARCH)
+        self.choose(CameraSource.SEARCH)
         self.answer(found(sure=False))
         self.find()
         before = self.source().found
@@ -325,7 +325,7 @@ class EndsTest(CamerasCase):
         slicer.util.loadScene(path)
         self.wait(lambda: self.ui.xraysTable.rowCount == 2, 5)
         self.assertEqual(self.source().found, before)
-        self.assertIs(self.source().way, Way.SEARCH)
+        self.assertIs(self.source().way, CameraSource.SEARCH)
         self.ui.xraysTable.selectRow(0)
         self.assertTrue(self.ui.acceptFinding.enabled)
 
@@ -361,7 +361,7 @@ class CoreTest(CamerasCase):
         source = XraySource(
             self.xrays[0],
             fields=landmark_case.fields_of(camera),
-            way=Way.LANDMARKS,
+            way=CameraSource.LANDMARKS,
             ct_landmarks=landmark_case.add_ct_list(points),
             xray_landmarks=landmark_case.add_xray_list(camera.project(points)),
         )

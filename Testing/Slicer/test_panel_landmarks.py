@@ -12,7 +12,7 @@ from panel_case import choose_node
 from PolyPoseSlicer.scene import landmark_lists, pixel_frames, xray_views
 from PolyPoseSlicer.study import parameters
 from PolyPoseSlicer.study.camera_finding import CameraFinding
-from PolyPoseSlicer.study.camera_source import Way
+from PolyPoseSlicer.study.camera_source import CameraSource
 
 
 class LiveTest(LandmarksCase):
@@ -136,7 +136,7 @@ class ListsTest(LandmarksCase):
         self.give()
         node = self.source().xray_landmarks
         self.ui.xraysTable.selectRow(1)
-        self.choose(Way.LANDMARKS)
+        self.choose(CameraSource.LANDMARKS)
         self.assertIsNone(self.ui.xrayLandmarks.currentNode())
         choose_node(self.ui.xrayLandmarks, node)
         self.assertIn("each X-ray needs its own", self.ui.landmarksText.text)
@@ -168,7 +168,7 @@ class ListsTest(LandmarksCase):
         self.give()
         other = landmark_case.add_ct_list(self.points + 1)
         self.ui.xraysTable.selectRow(1)
-        self.choose(Way.LANDMARKS)
+        self.choose(CameraSource.LANDMARKS)
         choose_node(self.ui.ctLandmarks, other)
         slicer.mrmlScene.RemoveNode(other)
         self.settle()
@@ -199,11 +199,11 @@ class ListsTest(LandmarksCase):
 
     def test_another_way_and_back(self) -> None:
         self.give()
-        self.choose(Way.SEARCH)
+        self.choose(CameraSource.SEARCH)
         self.assertFalse(self.ui.landmarksBox.isVisibleTo(self.ui.cameraSection))
         self.assertEqual(self.ui.landmarksTable.rowCount, 0)
         self.assertIsNone(self.shown())
-        self.choose(Way.LANDMARKS)
+        self.choose(CameraSource.LANDMARKS)
         self.settle()
         np.testing.assert_allclose(self.shown(), self.camera.extrinsic, atol=1e-3)
 
@@ -243,7 +243,7 @@ class ListsTest(LandmarksCase):
         self.wait(lambda: self.ui.xraysTable.rowCount == 2, 5)
         self.ui.xraysTable.selectRow(0)
         self.settle()
-        self.assertIs(self.source().way, Way.LANDMARKS)
+        self.assertIs(self.source().way, CameraSource.LANDMARKS)
         self.assertEqual(len(self.rows()), 6)
         np.testing.assert_allclose(self.shown(), expected, atol=1e-6)
         lists = slicer.util.getNodesByClass("vtkMRMLMarkupsFiducialNode")

@@ -7,10 +7,10 @@ from html import escape
 from slicer.i18n import tr as _
 
 from ..study.camera_finding import CameraFinding
-from ..study.camera_source import Way
+from ..study.camera_source import CameraSource
 from ..study.xray_reading import XrayReport
 from ..study.xray_source import XraySource
-from .xrays import DOUBT_COLOR
+from .xrays import WARNING_COLOR
 
 
 def finding_lines(found: CameraFinding) -> list[str]:
@@ -33,20 +33,20 @@ def finding_lines(found: CameraFinding) -> list[str]:
     return lines
 
 
-def way_lines(source: XraySource, report: XrayReport, model: str) -> list[str]:
+def source_lines(source: XraySource, report: XrayReport, model: str) -> list[str]:
     """What the chosen way gives before anything was searched; model: path of the camera model, or empty."""
     xray = report.xray
     if xray is None:
         return [_("The X-ray is not ready: give what it lacks above.")]
-    if source.way is Way.CALIBRATION:
+    if source.way is CameraSource.CALIBRATION:
         if not source.fields.get("calibration"):
             return [_("Choose the calibration's file.")]
         return [_("The calibration's pose is used; its world must be the CT's (LPS, mm).")]
-    if source.way is Way.DICOM and xray.extrinsic is None:
+    if source.way is CameraSource.DICOM and xray.extrinsic is None:
         return [_("Its file tells no angles: choose another way.")]
-    if source.way is Way.LEARNED and not model:
+    if source.way is CameraSource.LEARNED and not model:
         return [_("Choose the model's file; python -m PolyPoseLib train writes one for this CT.")]
-    if source.way in (Way.SEARCH, Way.LEARNED):
+    if source.way in (CameraSource.SEARCH, CameraSource.LEARNED):
         return [_("Not searched yet: find it here, or the registration searches when it starts.")]
     return []
 
@@ -54,4 +54,4 @@ def way_lines(source: XraySource, report: XrayReport, model: str) -> list[str]:
 def html_of(lines: list[str], doubtful: bool) -> str:
     """Lines as rich text; what has to be minded is marked by a sign and a colour."""
     text = "<br>".join(escape(line, quote=False) for line in lines)
-    return f'<span style="color:{DOUBT_COLOR}">&#9888; {text}</span>' if text and doubtful else text
+    return f'<span style="color:{WARNING_COLOR}">&#9888; {text}</span>' if text and doubtful else text

@@ -19,7 +19,7 @@ from ..process.dependencies import ensure_dependencies
 from ..process.study_run import State
 from ..scene.cameras import CAMERA_ATTRIBUTE, SceneCamera, set_camera
 from ..study.camera_finding import CameraFinding
-from ..study.camera_source import Way
+from ..study.camera_source import CameraSource
 from ..study.parameters import (
     PolyPoseParameterNode,
     camera_model_of,
@@ -29,12 +29,12 @@ from ..study.parameters import (
 )
 from ..study.xray_reading import XrayReader
 from ..study.xray_source import XraySource
-from .camera_text import finding_lines, html_of, way_lines
+from .camera_text import finding_lines, html_of, source_lines
 from .path_edit import follow_path, show_path
 from .xrays import XraysPart
 
 POLL_MS = 50
-_WAYS = tuple(Way)
+_CAMERA_SOURCES = tuple(CameraSource)
 
 
 class CameraPart:
@@ -62,7 +62,7 @@ class CameraPart:
         self._timer = qt.QTimer()
         self._timer.interval = POLL_MS
         self._timer.connect("timeout()", self._poll)
-        for way in _WAYS:
+        for way in _CAMERA_SOURCES:
             ui.cameraWay.addItem(way.label())
         ui.standardView.addItem(_("all directions"))
         for name in STANDARD_VIEWS:
@@ -95,8 +95,8 @@ class CameraPart:
         ui = self._ui
         self._showing = True
         fields = source.fields if source is not None else {}
-        way = source.way if source is not None else Way.AUTO
-        ui.cameraWay.currentIndex = _WAYS.index(way)
+        way = source.way if source is not None else CameraSource.AUTO
+        ui.cameraWay.currentIndex = _CAMERA_SOURCES.index(way)
         ui.standardView.currentIndex = max(0, ui.standardView.findText(fields.get("standard_view") or ""))
         show_path(ui.calibrationFile, str(fields.get("calibration") or ""))
         show_path(ui.cameraModel, camera_model_of(parameters) if parameters is not None else "")
@@ -105,10 +105,12 @@ class CameraPart:
         for name in ("cameraWay", "standardView", "calibrationFile", "cameraModel", "rigName"):
             getattr(ui, name).enabled = source is not None
         for name in ("standardView", "standardViewLabel"):
-            getattr(ui, name).setVisible(way in (Way.SEARCH, Way.LEARNED, Way.AUTO))
+            getattr(ui, name).setVisible(
+                way in (CameraSource.SEARCH, CameraSource.LEARNED, CameraSource.AUTO)
+            )
         for name in ("cameraModel", "cameraModelLabel"):
-            getattr(ui, name).setVisible(way is Way.LEARNED)
-        ui.landmarksBox.setVisible(way is Way.LANDMARKS)
+            getattr(ui, name).setVisible(way is CameraSource.LEARNED)
+        ui.landmarksBox.setVisible(way is CameraSource.LANDMARKS)
         self._show_finding(source)
         self._show_buttons()
 
@@ -178,7 +180,7 @@ class CameraPart:
         report = self._xrays.reader.report(source)
         if report.xray is None or report.xray.camera == "known":
             return False
-        given = source.way is Way.CALIBRATION or source.fields.get("extrinsic") is not None
+        given = source.way is CameraSource.CALIBRATION or source.fields.get("extrinsic") is not None
         if source.starts_from_transform or source.landmark_camera is not None:
             return False
         return not (given and report.xray.extrinsic is not None)
@@ -199,7 +201,7 @@ class CameraPart:
                 fields[key] = value
         if path is None:
             fields.pop("calibration_frame", None)
-        way = _WAYS[ui.cameraWay.currentIndex]
+        way = _CAMERA_SOURCES[ui.cameraWay.currentIndex]
         if fields != source.fields or way is not source.way:
             self._xrays.change({self._xrays.number: replace(_forgotten(source), fields=fields, way=way)})
 
@@ -280,7 +282,7 @@ class CameraPart:
             ui.cameraFinding.text = html_of(finding_lines(found), doubtful=not found.sure)
         elif source is not None:
             ui.cameraFinding.text = html_of(
-                way_lines(source, self._xrays.report(), camera_model_of(self._parameters)), doubtful=False
+                source_lines(source, self._xrays.report(), camera_model_of(self._parameters)), doubtful=False
             )
         else:
             ui.cameraFinding.text = _("Select an X-ray in the table.")
@@ -302,9 +304,13 @@ class CameraPart:
             ui.findCamera.setToolTip(_("Stop the search; nothing is changed."))
             return
         missing = self._missing()
-        if source is not None and source.way in (Way.CARM, Way.CALIBRATION):
+        if source is not None and source.way in (CameraSource.CARM, CameraSource.CALIBRATION):
             missing = missing or _("This way gives the camera without a search.")
-        if source is not None and source.way is Way.LEARNED and not camera_model_of(self._parameters):
+        if (
+            source is not None
+            and source.way is CameraSource.LEARNED
+            and not camera_model_of(self._parameters)
+        ):
             missing = missing or _("Choose the model's file.")
         ui.findCamera.text = _("Find camera")
         ui.findCamera.enabled = source is not None and not missing

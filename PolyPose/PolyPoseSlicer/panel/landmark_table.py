@@ -9,7 +9,7 @@ import qt
 from slicer.i18n import tr as _
 
 from ..study.landmark_fit import LandmarkFit, fit_sentence
-from .xrays import DOUBT_COLOR
+from .xrays import WARNING_COLOR
 
 _ROW_HEIGHT = 22
 
@@ -50,7 +50,7 @@ class LandmarkTable:
             for column, text in enumerate(texts):
                 item = qt.QTableWidgetItem(text)
                 if doubtful:
-                    item.setForeground(qt.QBrush(qt.QColor(DOUBT_COLOR)))
+                    item.setForeground(qt.QBrush(qt.QColor(WARNING_COLOR)))
                 table.setItem(number, column, item)
         if 0 <= row < len(lines):
             table.selectRow(row)
@@ -65,7 +65,7 @@ class LandmarkTable:
         """Sentences below the table; what has to be minded is marked."""
         html = escape(text, quote=False).replace("\n", "<br>")
         if text and doubtful:
-            html = f'<span style="color:{DOUBT_COLOR}">&#9888; {html}</span>'
+            html = f'<span style="color:{WARNING_COLOR}">&#9888; {html}</span>'
         self._ui.landmarksText.text = html
 
     def _enable(self) -> None:

@@ -14,7 +14,7 @@ from slicer.i18n import tr as _
 from ..scene import landmark_lists, layouts, pixel_frames, xray_views
 from ..scene.cameras import SceneCamera, camera_of, set_camera
 from ..scene.carm_placement import Placement
-from ..study.camera_source import Way
+from ..study.camera_source import CameraSource
 from ..study.landmark_fit import LandmarkFit, fit_landmarks
 from ..study.parameters import PolyPoseParameterNode
 from ..study.xray_source import XraySource
@@ -85,7 +85,7 @@ class LandmarksPart:
         for name in ("ctPlace", "xrayPlace", "ctLandmarks", "xrayLandmarks"):
             getattr(self._ui, name).enabled = source is not None and parameters.ct is not None
         self._place.follow()
-        if source is None or source.way is not Way.LANDMARKS:
+        if source is None or source.way is not CameraSource.LANDMARKS:
             self.solve()
         else:
             self._solve_timer.start()
@@ -140,7 +140,12 @@ class LandmarksPart:
         """The camera from the points as they are now, shown at once."""
         source, report = self._source(), self._xrays.report()
         self._solve_timer.stop()
-        if source is None or source.way is not Way.LANDMARKS or report is None or report.xray is None:
+        if (
+            source is None
+            or source.way is not CameraSource.LANDMARKS
+            or report is None
+            or report.xray is None
+        ):
             self.fit = None
             self._table.show(None)
             self._remove_projected()
@@ -162,7 +167,7 @@ class LandmarksPart:
             return
         source, report = sources[row], self._xrays.reader.report(sources[row])
         xray = report.xray
-        if source.way is not Way.LANDMARKS or xray is None:
+        if source.way is not CameraSource.LANDMARKS or xray is None:
             return
         if source.xray_landmarks is None or source.xray_landmarks is not self._fitted:
             return  # the rows were changed meanwhile

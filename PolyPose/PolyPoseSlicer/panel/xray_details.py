@@ -10,7 +10,7 @@ from slicer.i18n import tr as _
 
 from PolyPoseLib.geometry.carm import PATIENT_POSITIONS
 
-from ..study.camera_source import Way
+from ..study.camera_source import CameraSource
 from ..study.xray_reading import XrayReport
 from ..study.xray_source import XraySource
 
@@ -131,7 +131,7 @@ class XrayDetails:
         frame = None if frame == 0 and self._source.frame is None else frame
         changed = replace(self._source, fields=fields, frame=frame, camera_transform=camera_transform)
         if camera_transform is not self._source.camera_transform:
-            changed = replace(changed, way=Way.AUTO, found=None)
+            changed = replace(changed, way=CameraSource.AUTO, found=None)
         self._changed(changed)
 
     def _pair(self, names: tuple[str, str], field: str) -> list[float] | None:

@@ -11,7 +11,7 @@ from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import PolyPoseError
 
-from ..study.camera_source import Way
+from ..study.camera_source import CameraSource
 from ..study.parameters import PolyPoseParameterNode, store_xray_sources, xray_sources
 from ..study.xray_reading import GEOMETRY_FIELDS, XrayReader, XrayReport, geometry_from_file
 from ..study.xray_source import XraySource
@@ -21,7 +21,7 @@ _ENDINGS = "*.dcm *.ima *.nrrd *.nhdr *.nii *.nii.gz *.mha *.mhd *.png *.tif *.t
 
 _ROW_HEIGHT = 24
 
-DOUBT_COLOR = "#b35900"
+WARNING_COLOR = "#b35900"
 """Of what somebody has to look at; readable on light and on dark ground."""
 
 _TOLD = ("source_to_detector_mm", "pixel_spacing_mm", "angles", "extrinsic")
@@ -130,19 +130,19 @@ class XraysPart:
             self._ui.xrayState.text = str(error)
             return
         kept = {key: value for key, value in self.source.fields.items() if key not in GEOMETRY_FIELDS}
-        self._replace(_without_way(self.source, {**kept, **fields}))
+        self._replace(_without_source(self.source, {**kept, **fields}))
 
     def clear_geometry(self) -> None:
         """Forget all that was typed or read about the selected X-ray's geometry."""
         if self.source is not None:
             kept = {key: value for key, value in self.source.fields.items() if key not in GEOMETRY_FIELDS}
-            self._replace(_without_way(self.source, kept))
+            self._replace(_without_source(self.source, kept))
 
     def set_guess(self, transform: Any, fields: dict[str, Any]) -> None:
         """Start the selected X-ray's camera from a transform that was placed by hand, with these fields."""
         fields = {**self.source.fields, **fields, "camera": "initial"}
         self._replace(
-            replace(self.source, fields=fields, camera_transform=transform, way=Way.CARM, found=None)
+            replace(self.source, fields=fields, camera_transform=transform, way=CameraSource.CARM, found=None)
         )
 
     def change(self, changed: Mapping[int, XraySource]) -> None:
@@ -173,7 +173,7 @@ class XraysPart:
                 item = qt.QTableWidgetItem(text)
                 item.setToolTip(text)
                 if doubtful:
-                    item.setForeground(qt.QBrush(qt.QColor(DOUBT_COLOR)))
+                    item.setForeground(qt.QBrush(qt.QColor(WARNING_COLOR)))
                 table.setItem(number, column, item)
         if lines:
             table.selectRow(min(max(row, 0), len(lines) - 1))
@@ -210,6 +210,6 @@ class XraysPart:
         )
 
 
-def _without_way(source: XraySource, fields: Mapping[str, Any]) -> XraySource:
+def _without_source(source: XraySource, fields: Mapping[str, Any]) -> XraySource:
     """An X-ray with other fields, that takes whatever camera they give; picked points stay."""
-    return replace(source, fields=fields, camera_transform=None, way=Way.AUTO, found=None)
+    return replace(source, fields=fields, camera_transform=None, way=CameraSource.AUTO, found=None)

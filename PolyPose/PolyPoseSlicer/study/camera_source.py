@@ -9,7 +9,7 @@ from typing import Any
 from slicer.i18n import tr as _
 
 
-class Way(enum.Enum):
+class CameraSource(enum.Enum):
     """Where an X-ray's first camera comes from; the registration refines it in any case."""
 
     AUTO = "auto"
@@ -21,7 +21,7 @@ class Way(enum.Enum):
     CALIBRATION = "calibration"
 
     @classmethod
-    def of(cls, text: str | None) -> Way:
+    def of(cls, text: str | None) -> CameraSource:
         """From what a scene has stored; anything unknown is AUTO."""
         return next((way for way in cls if way.value == text), cls.AUTO)
 
@@ -40,15 +40,15 @@ class Way(enum.Enum):
     @property
     def by_transform(self) -> bool:
         """Whether the registration starts from the camera's transform node."""
-        return self in (Way.AUTO, Way.CARM)
+        return self in (CameraSource.AUTO, CameraSource.CARM)
 
 
 _POSES = ("extrinsic", "camera", "landmarks", "standard_view")
 """Fields of a study that name another way than the one that is chosen."""
 
 
-def entry_of_way(
-    way: Way,
+def entry_of_source(
+    way: CameraSource,
     fields: Mapping[str, Any],
     extrinsic: list[list[float]] | None,
     landmarks: list[dict[str, Any]],
@@ -64,19 +64,19 @@ def entry_of_way(
     if way.by_transform:
         return entry
     kept = {
-        Way.SEARCH: ("standard_view",),
-        Way.LEARNED: ("standard_view",),
-        Way.CALIBRATION: ("camera",) if fields.get("camera") == "known" else (),
+        CameraSource.SEARCH: ("standard_view",),
+        CameraSource.LEARNED: ("standard_view",),
+        CameraSource.CALIBRATION: ("camera",) if fields.get("camera") == "known" else (),
     }.get(way, ())
     for field in _POSES:
         if field not in kept:
             entry.pop(field, None)
     entry.pop("calibration_frame", None)
-    if way is Way.LANDMARKS and landmarks:
+    if way is CameraSource.LANDMARKS and landmarks:
         entry["landmarks"] = landmarks
-    elif way in (Way.SEARCH, Way.LEARNED):
+    elif way in (CameraSource.SEARCH, CameraSource.LEARNED):
         entry["camera"] = "absent"
-    elif way is Way.CALIBRATION and entry.get("calibration"):
+    elif way is CameraSource.CALIBRATION and entry.get("calibration"):
         entry.pop("intrinsics", None)
         entry["calibration_frame"] = "ct"
     return entry

@@ -41,7 +41,7 @@ def fit_landmarks(pairs: Pairs, xray: Xray) -> LandmarkFit:
     """Solve for the camera of an X-ray (intrinsics and size as seen from the source); never raises for the pairs."""
     from PolyPoseLib.geometry.camera import Camera
     from PolyPoseLib.geometry.pnp import FEWEST, camera_from_landmarks
-    from PolyPoseLib.registration.cameras.initial import landmark_doubts
+    from PolyPoseLib.registration.cameras.initial import landmark_problems
 
     count = len(pairs.names)
     if count < FEWEST:
@@ -60,7 +60,7 @@ def fit_landmarks(pairs: Pairs, xray: Xray) -> LandmarkFit:
     except InputError as error:
         return LandmarkFit(pairs, problem=str(error))
     projected = np.column_stack([found.camera.project(pairs.points), np.ones(count)]) @ turned.T
-    return LandmarkFit(pairs, found, "", tuple(landmark_doubts(found)), projected)
+    return LandmarkFit(pairs, found, "", tuple(landmark_problems(found)), projected)
 
 
 def fit_sentence(fit: LandmarkFit) -> str:

@@ -22,7 +22,7 @@ from slicer.i18n import tr as _
 from slicer.parameterNodeWrapper import parameterNodeWrapper
 
 from .camera_finding import CameraFinding
-from .camera_source import Way
+from .camera_source import CameraSource
 from .results import OutputNodes
 from .xray_source import XraySource, fields_from_text
 
@@ -113,7 +113,7 @@ def xray_sources(parameters: PolyPoseParameterNode) -> list[XraySource]:
             break
         stored = fields_from_text(text)
         path, frame = stored.pop("path", ""), stored.pop("frame", None)
-        way, found = Way.of(stored.pop("way", None)), stored.pop("found", None)
+        way, found = CameraSource.of(stored.pop("way", None)), stored.pop("found", None)
         if image is not None or path:
             found = CameraFinding.of(found) if found else None
             sources.append(XraySource(image, path, frame, stored, camera, way, *lists, found))
@@ -143,7 +143,9 @@ def options_of(parameters: PolyPoseParameterNode) -> dict:
     """The study's options: the advanced ones, preset and device; a camera model only where an X-ray uses it."""
     chosen = {"preset": parameters.preset.value, "device": parameters.device.value}
     options = {**json.loads(parameters.options or "{}"), **chosen}
-    if not any(source.way in (Way.LEARNED, Way.AUTO) for source in xray_sources(parameters)):
+    if not any(
+        source.way in (CameraSource.LEARNED, CameraSource.AUTO) for source in xray_sources(parameters)
+    ):
         options.pop("camera_model", None)
     return options
 

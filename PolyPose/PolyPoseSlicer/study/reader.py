@@ -17,7 +17,7 @@ from ..scene.frames import flip_affine, flip_vectors
 from ..scene.landmark_lists import fill, new_list
 from ..scene.nodes import Grid, Layer, Voxels, set_layer, set_volume
 from ..scene.pixel_frames import new_frame
-from .camera_source import Way
+from .camera_source import CameraSource
 from .parameters import Device, PolyPoseParameterNode, Preset, store_xray_sources
 from .results import BONE_WINDOW_LEVEL
 from .xray_source import XraySource
@@ -99,7 +99,7 @@ def _add_landmarks(landmarks: list[Mapping[str, Any]], name: str) -> dict[str, A
     in_xray.SetAndObserveTransformNodeID(new_frame(f"{name}: pixels").GetID())
     fill(in_ct, points, names)
     fill(in_xray, np.column_stack([pixels, np.zeros(len(pixels))]), names)
-    return {"way": Way.LANDMARKS, "ct_landmarks": in_ct, "xray_landmarks": in_xray}
+    return {"way": CameraSource.LANDMARKS, "ct_landmarks": in_ct, "xray_landmarks": in_xray}
 
 
 def _label_names(table: str | None) -> dict[int, str]:

@@ -15,7 +15,7 @@ from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import InputError, PolyPoseError
 
-from .camera_source import Way
+from .camera_source import CameraSource
 from .writer import UNKNOWN_SPACING
 from .xray_source import XraySource
 
@@ -127,7 +127,7 @@ def camera_text(source: XraySource, xray: Xray) -> str:
         return _("found, within {degrees:.0f} deg and {mm:.0f} mm").format(
             degrees=found.within[0], mm=found.within[1]
         )
-    if source.way is Way.LANDMARKS:
+    if source.way is CameraSource.LANDMARKS:
         return _("a guess from landmarks") if xray.camera != "absent" else _("none yet: pick landmarks")
     if xray.camera == "known":
         return _("known exactly")
@@ -143,7 +143,7 @@ def camera_text(source: XraySource, xray: Xray) -> str:
 def geometry_origin(source: XraySource) -> str:
     """Where the geometry comes from, in words."""
     origins = []
-    if not source.way.by_transform and source.way is not Way.DICOM:
+    if not source.way.by_transform and source.way is not CameraSource.DICOM:
         origins.append(source.way.label())
     elif source.starts_from_transform:
         origins.append(_("transform"))

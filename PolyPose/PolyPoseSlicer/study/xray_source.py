@@ -16,7 +16,7 @@ from PolyPoseLib.errors import InputError
 from ..scene.cameras import extrinsic_of
 from ..scene.landmark_lists import CAMERA_REFERENCE, pairs_of
 from .camera_finding import CameraFinding
-from .camera_source import Way, entry_of_way
+from .camera_source import CameraSource, entry_of_source
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class XraySource:
     frame: int | None = None
     fields: Mapping[str, Any] = field(default_factory=dict)
     camera_transform: slicer.vtkMRMLTransformNode | None = None
-    way: Way = Way.AUTO
+    way: CameraSource = CameraSource.AUTO
     ct_landmarks: slicer.vtkMRMLMarkupsFiducialNode | None = None
     xray_landmarks: slicer.vtkMRMLMarkupsFiducialNode | None = None
     found: CameraFinding | None = None
@@ -124,7 +124,7 @@ class XraySource:
     @property
     def landmark_camera(self) -> slicer.vtkMRMLLinearTransformNode | None:
         """The camera's transform that the landmarks gave, when the camera comes from them."""
-        if self.way is not Way.LANDMARKS or self.xray_landmarks is None:
+        if self.way is not CameraSource.LANDMARKS or self.xray_landmarks is None:
             return None
         return self.xray_landmarks.GetNodeReference(CAMERA_REFERENCE)
 
@@ -132,13 +132,13 @@ class XraySource:
         """The X-ray's object in a study file, for the registration."""
         extrinsic = extrinsic_of(self.camera_transform).tolist() if self.starts_from_transform else None
         landmarks = pairs_of(self.ct_landmarks, self.xray_landmarks).entries()
-        return self._with_image(entry_of_way(self.way, self._given(), extrinsic, landmarks), image, frame)
+        return self._with_image(entry_of_source(self.way, self._given(), extrinsic, landmarks), image, frame)
 
     def shown_entry(self, image: str, frame: int | None) -> dict[str, Any]:
         """The same for the panel, which shows the camera that landmarks gave instead of reading them again."""
         node = self.camera_transform if self.starts_from_transform else self.landmark_camera
         extrinsic = None if node is None else extrinsic_of(node).tolist()
-        entry = self._with_image(entry_of_way(self.way, self._given(), extrinsic, []), image, frame)
+        entry = self._with_image(entry_of_source(self.way, self._given(), extrinsic, []), image, frame)
         for key in ("mask", "calibration"):
             if entry.get(key):
                 entry[key] = Path(entry[key])  # the user has chosen it, wherever it lies

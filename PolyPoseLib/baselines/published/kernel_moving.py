@@ -25,7 +25,7 @@ from PolyPoseLib.warp.weight_kernel import _float, _relative_slope, raw_weight
 @numba.njit(parallel=True, fastmath=True, cache=True)
 def integrate_moving(
     volume, maps, to_grid, spacing, share, form, constant, blocks, first, step, count, logs, poses, to_index,
-    step_mm, image, jacobian, turning,
+    step_mm, image, jacobian, rotation_falloff,
 ):  # fmt: skip
     """As ``polyrigid_kernel.integrate``, for weights that are looked up at T_k x.
 
@@ -44,7 +44,7 @@ def integrate_moving(
         total = _float(0)
         if wanted:
             jacobian[ray] = 0
-            turning[ray] = 0
+            rotation_falloff[ray] = 0
         for number in range(blocks[ray + 1] - blocks[ray]):
             start = number * LANES
             _weigh(
@@ -68,13 +68,13 @@ def integrate_moving(
                 means = scratch[:6].copy()
                 pull_back(first[ray], step[ray], start, to_index, scratch)
                 accumulate(block, scratch, jacobian[ray])
-                _accumulate_turning(logs, means, points, scratch, turning[ray])
+                _accumulate_rotation_falloff(logs, means, points, scratch, rotation_falloff[ray])
         image[ray] = total * scale
         if wanted:
             for k in range(structures):
                 for c in range(6):
                     jacobian[ray, k, c] *= scale
-                    turning[ray, k, c] *= scale
+                    rotation_falloff[ray, k, c] *= scale
 
 
 @numba.njit(fastmath=True)
@@ -150,7 +150,7 @@ def _distance(maps, k, x, y, z, spacing):
 
 
 @numba.njit(fastmath=True)
-def _accumulate_turning(logs, means, points, scratch, turning):
+def _accumulate_rotation_falloff(logs, means, points, scratch, rotation_falloff):
     """Add the weights' part of a block's derivatives to ``turning`` (K, 6).
 
     means: (6, LANES) of the logarithms; points: see _weigh; scratch: rows 0..5 as pull_back leaves them.
@@ -175,9 +175,9 @@ def _accumulate_turning(logs, means, points, scratch, turning):
             d += gx
             e += gy
             f += gz
-        turning[k, 0] += a
-        turning[k, 1] += b
-        turning[k, 2] += c
-        turning[k, 3] += d
-        turning[k, 4] += e
-        turning[k, 5] += f
+        rotation_falloff[k, 0] += a
+        rotation_falloff[k, 1] += b
+        rotation_falloff[k, 2] += c
+        rotation_falloff[k, 3] += d
+        rotation_falloff[k, 4] += e
+        rotation_falloff[k, 5] += f

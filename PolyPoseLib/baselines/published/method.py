@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 import torch
 
-from PolyPoseLib.baselines.published.objective import PolyrigidObjective, View, gmncc_judge
+from PolyPoseLib.baselines.published.objective import PolyrigidObjective, View, gmncc_with_gradient
 from PolyPoseLib.baselines.published.optimizers import Adam, climb, pose_rates
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.progress import Monitor
@@ -24,10 +24,10 @@ from PolyPoseLib.geometry import se3
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.grid import Grid
 from PolyPoseLib.geometry.rigid import about
-from PolyPoseLib.registration.fit.levels import Level, Measured, binned, pixel_size_mm, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, binned, pixel_size_mm, view_at
 from PolyPoseLib.registration.fit.problem import JointResult, RigidProblem, State, corrected
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
-from PolyPoseLib.registration.fit.weighting import covered, robust_weight, within
+from PolyPoseLib.registration.fit.weighting import dilated, projection_mask, robust_weight
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, project_body
@@ -68,7 +68,7 @@ paper's (its scales 24, 12 and 6 leave 52, 103 and 206 pixels)."""
 def find_camera_by_anchor(
     ct: Volume,
     scene: Scene,
-    measured: Measured,
+    measured: Observation,
     backend: Backend,
     monitor: Monitor,
     stage: str,
@@ -82,7 +82,7 @@ def find_camera_by_anchor(
     total, done = sum(level.iterations for level in levels), 0
     for level in levels:
         view = view_of(measured, level.pixels)
-        judge = gmncc_judge(view.image, view.mask)
+        judge = gmncc_with_gradient(view.image, view.mask)
         body = anchor_body(ct, scene, level.voxel_mm)
         for iteration in range(level.iterations):
             vector = torch.as_tensor(parameters)
@@ -104,7 +104,7 @@ def fit_structures_by_gmncc(
     ct: Volume,
     scene: Scene,
     soft: SoftTissue,
-    measured: Sequence[Measured],
+    measured: Sequence[Observation],
     optimizer: str,
     backend: Backend,
     monitor: Monitor,
@@ -180,7 +180,7 @@ def _show(
     return preview(soft.coarse_field(poses))
 
 
-def view_of(measured: Measured, pixels: int) -> View:
+def view_of(measured: Observation, pixels: int) -> View:
     """The X-ray at about ``pixels`` a side, with its camera."""
     height, width = measured.image.shape
     factor = max(1, min(round(max(height, width) / pixels), min(height, width) // 16))
@@ -220,7 +220,7 @@ def anchor_body(ct: Volume, scene: Scene, voxel_mm: float | None) -> Body:
 
 
 def rigid_problem_at(
-    scene: Scene, soft: SoftTissue, measured: Sequence[Measured], state: State, backend: Backend
+    scene: Scene, soft: SoftTissue, measured: Sequence[Observation], state: State, backend: Backend
 ) -> RigidProblem:
     """All structures but the anchor as rigid bodies in front of soft tissue that follows ``state``.
 
@@ -235,6 +235,6 @@ def rigid_problem_at(
     for n, view in enumerate(views):
         view.static = soft.render(field, view.camera, np.eye(4), LEVEL.size_mm, backend)
         reach = REACH_MM / pixel_size_mm(view.camera, centre)
-        region = within(covered(problem, state, n, moving), reach)
+        region = dilated(projection_mask(problem, state, n, moving), reach)
         view.weight = robust_weight(view, problem.residual(state, n), region)
     return problem

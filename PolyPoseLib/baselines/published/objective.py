@@ -57,7 +57,7 @@ class PolyrigidObjective:
             polyrigid_projector(voxels, affine, warp, view.camera, step_mm, backend, weights_bytes=room)
             for view in views
         ]
-        self.judges = [gmncc_judge(view.image, view.mask) for view in views]
+        self.judges = [gmncc_with_gradient(view.image, view.mask) for view in views]
         self.centres = np.asarray(centres, float)
         self.levers = self.centres - warp.center.cpu().numpy()
 
@@ -107,7 +107,7 @@ class PolyrigidObjective:
         return np.concatenate([turned, gradient[..., 3:]], axis=-1)
 
 
-def gmncc_judge(target: np.ndarray, mask: np.ndarray) -> Judge:
+def gmncc_with_gradient(target: np.ndarray, mask: np.ndarray) -> Judge:
     """Returns a function of an image (H, W): its gmNCC with ``target`` over ``mask``, and the derivative (H, W)."""
     other, use = torch.as_tensor(target)[None], torch.as_tensor(mask)
 

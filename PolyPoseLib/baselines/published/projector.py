@@ -63,7 +63,7 @@ class PolyrigidProjector(ABC):
         weights_bytes: int = WEIGHTS_BYTES,
         samples_per_chunk: int = SAMPLES_PER_CHUNK,
     ) -> None:
-        if warp.turning is not None:
+        if warp.rotation_falloff is not None:
             raise ValueError("The projector renders plain means of logarithms: give a warp without turning.")
         self.warp = warp
         self._weights: dict[int, Weights] = {}
@@ -147,5 +147,3 @@ class Motion:
         """From logarithms (K, 6)."""
         vectors = torch.as_tensor(np.asarray(logs, np.float64))
         return cls(vectors.numpy(), se3.exp(vectors).numpy(), se3.left_jacobian(vectors).numpy())
-
-

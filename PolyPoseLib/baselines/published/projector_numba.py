@@ -72,15 +72,15 @@ class NumbaPolyrigidProjector(PolyrigidProjector):
             return image, jacobian if wanted else None
         from PolyPoseLib.baselines.published.kernel_moving import integrate_moving
 
-        turning = np.empty_like(jacobian)
+        rotation_falloff = np.empty_like(jacobian)
         poses = np.ascontiguousarray(motion.poses[:, :3], np.float32)
         integrate_moving(
             self._voxels, *self._field, self._blocks[number], *self._lines[number], chunk.count, logs, poses,
-            self._to_index, chunk.step_mm, image, jacobian, turning,
+            self._to_index, chunk.step_mm, image, jacobian, rotation_falloff,
         )  # fmt: skip
         if not wanted:
             return image, None
-        return image, jacobian + np.einsum("rkc,kcd->rkd", turning, motion.left.astype(np.float32))
+        return image, jacobian + np.einsum("rkc,kcd->rkd", rotation_falloff, motion.left.astype(np.float32))
 
     def weights_of(self, number: int) -> np.ndarray:
         """Weights (blocks, K, LANES) of a chunk."""

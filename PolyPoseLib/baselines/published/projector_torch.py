@@ -85,9 +85,11 @@ class TorchPolyrigidProjector(PolyrigidProjector):
             by_mean.reshape(rays, samples, 6),
         )
         if places is not None:
-            turning = torch.cat([torch.linalg.cross(places.detach(), by_place[0]), by_place[0]], dim=2)
-            turning = turning.reshape(-1, rays, samples, 6).sum(2)
-            jacobian = jacobian + torch.einsum("krc,kcd->rkd", turning, self._tensor(motion.left))
+            rotation_falloff = torch.cat(
+                [torch.linalg.cross(places.detach(), by_place[0]), by_place[0]], dim=2
+            )
+            rotation_falloff = rotation_falloff.reshape(-1, rays, samples, 6).sum(2)
+            jacobian = jacobian + torch.einsum("krc,kcd->rkd", rotation_falloff, self._tensor(motion.left))
         return self._array(image), self._array(jacobian * chunk.step_mm)
 
     def _places(self, points: Tensor, motion: Motion) -> Tensor:

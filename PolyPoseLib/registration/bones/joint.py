@@ -10,13 +10,13 @@ import numpy as np
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.registration.articulations import ArticulationPrior
-from PolyPoseLib.registration.bones.rejection import look_again
+from PolyPoseLib.registration.bones.rejection import restart_inconsistent
 from PolyPoseLib.registration.bones.restarts import restart_bones
-from PolyPoseLib.registration.fit.levels import Level, Measured, pixel_size_mm, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm, view_at
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import JointResult, RigidProblem, State, corrected
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
-from PolyPoseLib.registration.fit.weighting import covered, robust_weight, within
+from PolyPoseLib.registration.fit.weighting import dilated, projection_mask, robust_weight
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 
@@ -49,7 +49,7 @@ class JointStage:
 def fit_structures(
     scene: Scene,
     soft: SoftTissue,
-    measured: Sequence[Measured],
+    measured: Sequence[Observation],
     poses: np.ndarray,
     free_cameras: Sequence[int],
     stages: Sequence[JointStage],
@@ -69,7 +69,7 @@ def fit_structures(
         if stage.restart is not None:
             poses = restart_bones(scene, soft, measured, poses, stage.restart, backend, monitor)
         if stage.again:
-            poses = look_again(scene, soft, measured, poses, stage.again, backend, monitor)
+            poses = restart_inconsistent(scene, soft, measured, poses, stage.again, backend, monitor)
         fit = _LevelFit(scene, soft, measured, free_cameras, stage.level, backend)
 
         def before_step(
@@ -97,7 +97,7 @@ class _LevelFit:
         self,
         scene: Scene,
         soft: SoftTissue,
-        measured: Sequence[Measured],
+        measured: Sequence[Observation],
         free_cameras: Sequence[int],
         level: Level,
         backend: Backend,
@@ -132,7 +132,7 @@ class _LevelFit:
                 )
             which = self.everything if n in self.problem.free_cameras else self.moving
             reach = REACH_MM / pixel_size_mm(view.camera, self.centre)
-            region = within(covered(self.problem, state, n, which), reach)
+            region = dilated(projection_mask(self.problem, state, n, which), reach)
             view.weight = robust_weight(view, self.problem.residual(state, n), region)
         return moved
 

@@ -15,11 +15,11 @@ import numpy as np
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.geometry.rigid import about, perturbation
 from PolyPoseLib.registration.articulations import ArticulationPrior, OneBonePrior
-from PolyPoseLib.registration.fit.levels import Level, Measured, pixel_size_mm, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm, view_at
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
-from PolyPoseLib.registration.fit.weighting import VISIBLE_LINE_INTEGRAL, reliability, within
+from PolyPoseLib.registration.fit.weighting import VISIBLE_LINE_INTEGRAL, dilated, reliability
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import project_body
@@ -48,7 +48,7 @@ KEPT = 3
 def restart_bones(
     scene: Scene,
     soft: SoftTissue,
-    measured: Sequence[Measured],
+    measured: Sequence[Observation],
     poses: np.ndarray,
     level: Level,
     backend: Backend,
@@ -168,6 +168,6 @@ def _view_of_one_bone(
     for start in starts:
         part = project_body(body, view.camera, start, size, bone.backend)
         shows[part.slices] |= np.abs(part.image) > VISIBLE_LINE_INTEGRAL
-    region = within(shows, REACH_MM / pixel_size_mm(view.camera, bone.scene.anchor_centre))
+    region = dilated(shows, REACH_MM / pixel_size_mm(view.camera, bone.scene.anchor_centre))
     weight = np.where(region & (view.contrast.support > 0), reliability(view), 0).astype(np.float32)
     return replace(view, static=static, weight=weight)

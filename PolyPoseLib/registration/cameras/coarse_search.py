@@ -16,7 +16,7 @@ from scipy.ndimage import affine_transform, binary_dilation
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.view_grid import ViewGrid, rotation_between, turn
 from PolyPoseLib.registration.cameras.template_match import MaskedMatcher
-from PolyPoseLib.registration.fit.levels import FLAT_LINE_INTEGRAL, Measured, binned
+from PolyPoseLib.registration.fit.levels import FLAT_LINE_INTEGRAL, Observation, binned
 from PolyPoseLib.registration.fit.weighting import VISIBLE_LINE_INTEGRAL
 from PolyPoseLib.registration.scene import Scene, anchor_points
 from PolyPoseLib.rendering.backend import Backend
@@ -57,7 +57,7 @@ class CoarseSearch:
     """
 
     def __init__(
-        self, scene: Scene, measured: Measured, grid: ViewGrid, depths: np.ndarray, backend: Backend
+        self, scene: Scene, measured: Observation, grid: ViewGrid, depths: np.ndarray, backend: Backend
     ) -> None:
         self.centre = scene.anchor_centre
         self.whole = scene.volume("whole", SIZE_MM)

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.registration.fit.levels import Level, Measured, pixel_size_mm, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm, view_at
 from PolyPoseLib.registration.fit.problem import RigidProblem, State
-from PolyPoseLib.registration.fit.weighting import covered, within
+from PolyPoseLib.registration.fit.weighting import dilated, projection_mask
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 
@@ -56,8 +56,8 @@ class Hypothesis:
         return self.similarity * float(np.sqrt(self.share))
 
 
-def judge_camera(
-    scene: Scene, measured: Measured, level: Level, points: np.ndarray, backend: Backend
+def score_camera(
+    scene: Scene, measured: Observation, level: Level, points: np.ndarray, backend: Backend
 ) -> Hypothesis:
     """Evidence for ``measured.camera`` at a level's resolution; ``points`` (N, 3) LPS mm lie on the anchor."""
     centre, size = scene.anchor_centre, level.size_mm
@@ -67,7 +67,7 @@ def judge_camera(
     view = view_at(level, measured, centre, expect_noise=False)
     rest = State(np.eye(4)[None], np.eye(4)[None])
     anchor = RigidProblem([scene.bodies(size)[scene.anchor]], [view], [], [0], centre, size, backend)
-    region = within(covered(anchor, rest, 0, [0]), REACH_MM / pixel_size_mm(view.camera, centre))
+    region = dilated(projection_mask(anchor, rest, 0, [0]), REACH_MM / pixel_size_mm(view.camera, centre))
     region &= view.contrast.support > 0
     if region.sum() < LEAST_PIXELS or share == 0:
         return Hypothesis(measured.camera, 0.0, share)
@@ -76,12 +76,12 @@ def judge_camera(
     return Hypothesis(measured.camera, _correlation(rendered, view.target[region]), share)
 
 
-def explains(hypothesis: Hypothesis) -> bool:
+def is_plausible(hypothesis: Hypothesis) -> bool:
     """Whether a camera's rendering is similar enough to its X-ray to be believed."""
     return hypothesis.similarity >= LEAST_SIMILARITY
 
 
-def lonely(hypothesis: Hypothesis) -> bool:
+def has_too_few_votes(hypothesis: Hypothesis) -> bool:
     """Whether a camera was reached from too few starts for a similarity that a wrong one may have."""
     return hypothesis.votes < LEAST_VOTES and hypothesis.similarity < PLAIN
 
@@ -90,7 +90,7 @@ def doubts(found: Sequence[Hypothesis]) -> list[str]:
     """What speaks against the first of several hypotheses, best first; each a clause for people."""
     best = found[0]
     said = []
-    if not explains(best):
+    if not is_plausible(best):
         said.append(
             f"the rendering explains it badly (local correlation {best.similarity:.2f}, at least {LEAST_SIMILARITY:g} "
             "is expected)"
@@ -100,7 +100,7 @@ def doubts(found: Sequence[Hypothesis]) -> list[str]:
         said.append(f"another view explains it nearly as well ({rival:.2f} against {best.similarity:.2f})")
     if best.share < LEAST_SHARE:
         said.append(f"only {100 * best.share:.0f} % of the anchor show in it")
-    if lonely(best):
+    if has_too_few_votes(best):
         said.append("it was reached from one start only")
     return said
 

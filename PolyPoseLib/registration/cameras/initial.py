@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from PolyPoseLib.data.found_camera import Guess
+from PolyPoseLib.data.found_camera import InitialCamera
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError, UntrustedResultError
@@ -22,7 +22,7 @@ from PolyPoseLib.registration.cameras.search import (
     perturbed,
     refine_cameras,
 )
-from PolyPoseLib.registration.fit.levels import Measured
+from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 
@@ -76,7 +76,7 @@ def initial_camera(
     stage: str,
     method: str = "auto",
     model: Regressor | None = None,
-) -> Guess:
+) -> InitialCamera:
     """A camera for an X-ray whose camera is not known, from which stage A can start.
 
     Args:
@@ -111,7 +111,7 @@ def initial_camera(
         )
     if method == "auto" and xray.extrinsic is not None and not guessed:
         camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)
-        return Guess(camera, True, GIVEN_RADIUS, "the guess given in the study")
+        return InitialCamera(camera, True, GIVEN_RADIUS, "the guess given in the study")
     if method == "landmarks" or (method == "auto" and xray.landmarks is not None):
         return landmark_camera(scene, xray, backend, monitor, stage)
     if guessed and method != "search":
@@ -125,19 +125,19 @@ def initial_camera(
 
 def learned_camera(
     scene: Scene, xray: Xray, model: Regressor, backend: Backend, monitor: Monitor, stage: str
-) -> Guess:
+) -> InitialCamera:
     """A regressor's answers, refined and judged as those of a search are."""
     starts = model.starts(xray)
     rng = np.random.default_rng(0)
     starts += [perturbed(starts[0], scene.anchor_centre, rng) for _ in range(LEARNED_COPIES)]
-    measured = Measured(xray.image, xray.mask, starts[0])
+    measured = Observation(xray.image, xray.mask, starts[0])
     found = refine_cameras(scene, measured, starts, backend, monitor, stage)
-    return judged_guess(found, model.how, xray.name)
+    return scored_camera(found, model.how, xray.name)
 
 
 def _learned_or_searched(
     scene: Scene, xray: Xray, model: Regressor, backend: Backend, monitor: Monitor, stage: str
-) -> Guess:
+) -> InitialCamera:
     """The regressor's camera; when it is doubtful, perhaps a better one by search."""
     learned = learned_camera(scene, xray, model, backend, monitor, stage)
     if learned.sure:
@@ -146,39 +146,43 @@ def _learned_or_searched(
     return searched if (searched.similarity or 0.0) > (learned.similarity or 0.0) else learned
 
 
-def landmark_camera(scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str) -> Guess:
+def landmark_camera(
+    scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str
+) -> InitialCamera:
     """The camera that landmarks give; where they leave too much open, the best one within their radius."""
     landmarks = xray.landmarks
     detector = Camera(xray.intrinsics, np.eye(4), *xray.image.shape)
     name = f'X-ray "{xray.name}": "landmarks"'
     found = camera_from_landmarks(landmarks.points, landmarks.pixels, detector, name)
     used = f"{int(found.inliers.sum())} of {len(found.inliers)} landmarks, {found.rms_mm:.1f} mm off"
-    said = landmark_doubts(found)
+    said = landmark_problems(found)
     radius = tuple(max(own, least) for own, least in zip(found.radius, (1.0, 5.0), strict=True))
     if not said and (radius[0] > GIVEN_RADIUS[0] or radius[1] > GIVEN_RADIUS[1]):
         searched = SearchRange.around_camera(
             found.camera, scene.anchor_centre, radius, xray.source_to_detector_mm
         )
-        measured = Measured(xray.image, xray.mask, found.camera)
+        measured = Observation(xray.image, xray.mask, found.camera)
         hypotheses = find_cameras(scene, measured, searched, backend, monitor, stage)
-        return judged_guess(hypotheses, f"{used}, then searched", xray.name)
+        return scored_camera(hypotheses, f"{used}, then searched", xray.name)
     warnings = (f'The camera of X-ray "{xray.name}" is doubtful: {"; ".join(said)}.',) if said else ()
-    return Guess(found.camera, not said, radius, used, (*warnings, *_outliers(found, xray.name)))
+    return InitialCamera(found.camera, not said, radius, used, (*warnings, *_outliers(found, xray.name)))
 
 
-def searched_camera(scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str) -> Guess:
+def searched_camera(
+    scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str
+) -> InitialCamera:
     """Search around the X-ray's standard view, or in all directions when it has none."""
     view = xray.standard_view
     searched = SearchRange.around_view(view, xray.source_to_detector_mm)
     how = f"searched around {view}" if view else "searched in all directions"
     start = Camera(xray.intrinsics, np.eye(4), *xray.image.shape)
-    measured = Measured(xray.image, xray.mask, start)
+    measured = Observation(xray.image, xray.mask, start)
     densities = (USUAL, DENSE) if view else (USUAL,)
     found = find_cameras(scene, measured, searched, backend, monitor, stage, densities)
-    return judged_guess(found, how, xray.name)
+    return scored_camera(found, how, xray.name)
 
 
-def judged_guess(found: Sequence[Hypothesis], how: str, name: str) -> Guess:
+def scored_camera(found: Sequence[Hypothesis], how: str, name: str) -> InitialCamera:
     """The best of several hypotheses with its doubts; raises UntrustedResultError when there is none."""
     if not found:
         raise UntrustedResultError(
@@ -192,27 +196,27 @@ def judged_guess(found: Sequence[Hypothesis], how: str, name: str) -> Guess:
     warnings = (f'The camera of X-ray "{name}" is doubtful: {"; ".join(said)}; {mend}.',) if said else ()
     runner = "" if second is None else f", the next best {second:.2f}"
     how = f"{how}: similarity {best.similarity:.2f}{runner}"
-    return Guess(best.camera, not said, SEARCHED_RADIUS, how, warnings, best.similarity, second)
+    return InitialCamera(best.camera, not said, SEARCHED_RADIUS, how, warnings, best.similarity, second)
 
 
 def _around_dicom(
     scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str, fall_back: bool
-) -> Guess:
+) -> InitialCamera:
     """The best camera within the radius of DICOM's guess; when it is doubtful, perhaps a better one elsewhere."""
     placed = xray.placed_at(scene.anchor_centre)
     start = Camera(xray.intrinsics, placed.extrinsic, *xray.image.shape)
     radius = xray.initial_radius or GIVEN_RADIUS
     searched = SearchRange.around_camera(start, scene.anchor_centre, radius, xray.source_to_detector_mm)
-    measured = Measured(xray.image, xray.mask, start)
+    measured = Observation(xray.image, xray.mask, start)
     found = find_cameras(scene, measured, searched, backend, monitor, stage)
     if fall_back and (not found or doubts(found)):
         elsewhere = searched_camera(scene, xray, backend, monitor, stage)
         if not found or (elsewhere.similarity or 0.0) > found[0].similarity:
             return elsewhere
-    return judged_guess(found, "searched around the guess from DICOM", xray.name)
+    return scored_camera(found, "searched around the guess from DICOM", xray.name)
 
 
-def landmark_doubts(found: PnpSolution) -> list[str]:
+def landmark_problems(found: PnpSolution) -> list[str]:
     """What speaks against a camera from landmarks; each a clause for people."""
     said = []
     if found.rms_mm > LANDMARK_RMS_MM:

@@ -10,10 +10,10 @@ import numpy as np
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.rigid import about, perturbation
-from PolyPoseLib.registration.cameras.hypotheses import Hypothesis, explains, lonely
+from PolyPoseLib.registration.cameras.hypotheses import Hypothesis, has_too_few_votes, is_plausible
 from PolyPoseLib.registration.cameras.refine import find_camera
 from PolyPoseLib.registration.cameras.search import SearchRange, Stage, find_cameras, refine_cameras
-from PolyPoseLib.registration.fit.levels import Level, Measured
+from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 
@@ -40,7 +40,7 @@ class FoundCamera:
 
 def find_camera_near(
     scene: Scene,
-    measured: Measured,
+    measured: Observation,
     levels: Sequence[Level],
     source_to_detector_mm: float,
     backend: Backend,
@@ -69,7 +69,7 @@ def find_camera_near(
 
 def convincing(best: Hypothesis) -> bool:
     """Whether a camera near a guess may be believed: plainly similar, or similar and reached from several starts."""
-    return explains(best) and not lonely(best)
+    return is_plausible(best) and not has_too_few_votes(best)
 
 
 def turned_about(camera: Camera, centre: np.ndarray, degrees: float) -> Iterator[Camera]:

@@ -8,10 +8,10 @@ import numpy as np
 
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.registration.fit.levels import Level, Measured, pixel_size_mm, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm, view_at
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, corrected
-from PolyPoseLib.registration.fit.weighting import covered, robust_weight, within
+from PolyPoseLib.registration.fit.weighting import dilated, projection_mask, robust_weight
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 
@@ -35,7 +35,7 @@ BEAM_STEPS = 8
 
 def find_camera(
     scene: Scene,
-    measured: Measured,
+    measured: Observation,
     levels: Sequence[Level],
     backend: Backend,
     monitor: Monitor,
@@ -54,7 +54,7 @@ def find_camera(
 
 def _refine(
     scene: Scene,
-    measured: Measured,
+    measured: Observation,
     level: Level,
     backend: Backend,
     monitor: Monitor,
@@ -90,14 +90,14 @@ def anchor_region(scene: Scene, bones: RigidProblem, state: State, view_index: i
     bones: the problem of all the scene's bodies; state: of all of them.
     """
     pixel_mm = pixel_size_mm(bones.views[view_index].camera, scene.anchor_centre)
-    anchor = covered(bones, state, view_index, [scene.anchor])
+    anchor = projection_mask(bones, state, view_index, [scene.anchor])
     if bones.step_mm >= COARSE_MM:
-        return within(anchor, REACH_MM / pixel_mm)
+        return dilated(anchor, REACH_MM / pixel_mm)
     moving = [k for k in range(len(scene.names)) if k != scene.anchor]
-    others = covered(bones, state, view_index, moving)
-    beside = within(others, BESIDE_MOVED_MM / pixel_mm)
+    others = projection_mask(bones, state, view_index, moving)
+    beside = dilated(others, BESIDE_MOVED_MM / pixel_mm)
     masked = beside if (anchor & ~beside).sum() >= LEAST_ANCHOR * anchor.sum() else others
-    return within(anchor, FINE_REACH_MM / pixel_mm) & ~masked
+    return dilated(anchor, FINE_REACH_MM / pixel_mm) & ~masked
 
 
 def _slid_along_beam(problem: RigidProblem, state: State) -> State:

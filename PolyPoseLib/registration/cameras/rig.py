@@ -9,10 +9,10 @@ import numpy as np
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.cameras.coarse_search import compared_points
-from PolyPoseLib.registration.cameras.hypotheses import explains, judge_camera
+from PolyPoseLib.registration.cameras.hypotheses import is_plausible, score_camera
 from PolyPoseLib.registration.cameras.multistart import TURN_DEG, FoundCamera, turned_about
 from PolyPoseLib.registration.cameras.refine import anchor_region
-from PolyPoseLib.registration.fit.levels import Level, Measured, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, view_at
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, corrected
 from PolyPoseLib.registration.fit.weighting import robust_weight
@@ -22,7 +22,7 @@ from PolyPoseLib.rendering.backend import Backend
 
 def find_rig(
     scene: Scene,
-    measured: Sequence[Measured],
+    measured: Sequence[Observation],
     levels: Sequence[Level],
     backend: Backend,
     monitor: Monitor,
@@ -54,7 +54,7 @@ def find_rig(
 
 def find_rig_near(
     scene: Scene,
-    measured: Sequence[Measured],
+    measured: Sequence[Observation],
     levels: Sequence[Level],
     backend: Backend,
     monitor: Monitor,
@@ -71,10 +71,10 @@ def find_rig_near(
     placed = [m.with_camera(camera) for m, camera in zip(measured, first, strict=True)]
     found = find_rig(scene, placed, levels[1:], backend, monitor, stage)
     judged = [
-        judge_camera(scene, m.with_camera(camera), levels[-1], points, backend)
+        score_camera(scene, m.with_camera(camera), levels[-1], points, backend)
         for m, camera in zip(measured, found, strict=True)
     ]
-    return [FoundCamera(each.camera, each.similarity, explains(each)) for each in judged]
+    return [FoundCamera(each.camera, each.similarity, is_plausible(each)) for each in judged]
 
 
 def relative_poses(extrinsics: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -84,8 +84,8 @@ def relative_poses(extrinsics: Sequence[np.ndarray]) -> list[np.ndarray]:
 
 
 def placed_rig(
-    measured: Sequence[Measured], relative: Sequence[np.ndarray], first: np.ndarray
-) -> list[Measured]:
+    measured: Sequence[Observation], relative: Sequence[np.ndarray], first: np.ndarray
+) -> list[Observation]:
     """The X-rays of a rig whose first camera has the extrinsic ``first`` (4, 4)."""
     return [
         m.with_camera(m.camera.with_extrinsic(each @ first))
@@ -95,7 +95,7 @@ def placed_rig(
 
 def best_for_rig(
     scene: Scene,
-    measured: Sequence[Measured],
+    measured: Sequence[Observation],
     relative: Sequence[np.ndarray],
     candidates: Sequence[tuple[int, np.ndarray]],
     level: Level,
@@ -118,7 +118,7 @@ def best_for_rig(
 
 def _worth(
     scene: Scene,
-    measured: Sequence[Measured],
+    measured: Sequence[Observation],
     cameras: Sequence[Camera],
     level: Level,
     points: np.ndarray,
@@ -126,14 +126,14 @@ def _worth(
 ) -> float:
     """How well the cameras of a rig explain its X-rays together."""
     return sum(
-        judge_camera(scene, m.with_camera(camera), level, points, backend).worth
+        score_camera(scene, m.with_camera(camera), level, points, backend).worth
         for m, camera in zip(measured, cameras, strict=True)
     )
 
 
 def _refine(
     scene: Scene,
-    measured: Sequence[Measured],
+    measured: Sequence[Observation],
     level: Level,
     backend: Backend,
     monitor: Monitor,

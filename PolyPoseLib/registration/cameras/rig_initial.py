@@ -7,22 +7,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from PolyPoseLib.data.found_camera import Guess
+from PolyPoseLib.data.found_camera import InitialCamera
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError, UntrustedResultError
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.cameras.initial import Regressor, initial_camera
 from PolyPoseLib.registration.cameras.rig import best_for_rig, placed_rig, relative_poses
-from PolyPoseLib.registration.fit.levels import Level, Measured
+from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 
-JUDGED_AT = Level(6.0, 40.0, 0)
+SCORING_LEVEL = Level(6.0, 40.0, 0)
 """Resolution at which guesses of different X-rays are compared."""
 
 
-def group_guesses(
+def initial_rig_cameras(
     scene: Scene,
     xrays: Sequence[Xray],
     backend: Backend,
@@ -30,7 +30,7 @@ def group_guesses(
     stage: str,
     method: str = "auto",
     model: Regressor | None = None,
-) -> list[Guess]:
+) -> list[InitialCamera]:
     """A first camera for an X-ray that stands by itself, or for each of one rig, with the rig's relative pose.
 
     Of a rig: a camera that is known stays, and places those that are not. Otherwise each X-ray is asked for a guess,
@@ -54,7 +54,7 @@ def group_guesses(
         return [initial_camera(scene, xrays[0], backend, monitor, stage, method, model)]
     relative = relative_poses([xray.rig.extrinsic for xray in xrays])
     blank = [
-        Measured(xray.image, xray.mask, Camera(xray.intrinsics, np.eye(4), *xray.image.shape))
+        Observation(xray.image, xray.mask, Camera(xray.intrinsics, np.eye(4), *xray.image.shape))
         for xray in xrays
     ]
     known = next((n for n, xray in enumerate(xrays) if xray.camera == "known"), None)
@@ -64,7 +64,7 @@ def group_guesses(
         return [_known(m.camera, xray, xrays[known].name) for m, xray in zip(placed, xrays, strict=True)]
     guesses = _asked(scene, xrays, backend, monitor, stage, method, model)
     candidates = [(n, guess.camera.extrinsic) for n, guess in guesses]
-    best, cameras = best_for_rig(scene, blank, relative, candidates, JUDGED_AT, backend)
+    best, cameras = best_for_rig(scene, blank, relative, candidates, SCORING_LEVEL, backend)
     number, guess = guesses[best]
     how = f'{guess.how}; placed by the rig with "{xrays[number].name}"'
     return [
@@ -73,11 +73,11 @@ def group_guesses(
     ]
 
 
-def _known(placed: Camera, xray: Xray, other: str) -> Guess:
+def _known(placed: Camera, xray: Xray, other: str) -> InitialCamera:
     """The X-ray's own camera when it is known, or else where the rig with a known one puts it."""
     if xray.camera == "known":
-        return Guess(placed.with_extrinsic(xray.extrinsic), True, (0.0, 0.0), "known")
-    return Guess(placed, True, (0.0, 0.0), f'placed by the rig with "{other}", whose camera is known')
+        return InitialCamera(placed.with_extrinsic(xray.extrinsic), True, (0.0, 0.0), "known")
+    return InitialCamera(placed, True, (0.0, 0.0), f'placed by the rig with "{other}", whose camera is known')
 
 
 def _asked(
@@ -88,9 +88,9 @@ def _asked(
     stage: str,
     method: str,
     model: Regressor | None,
-) -> list[tuple[int, Guess]]:
+) -> list[tuple[int, InitialCamera]]:
     """(number, guess) of the X-rays, until one is sure; raises the first error when none has a guess."""
-    guesses: list[tuple[int, Guess]] = []
+    guesses: list[tuple[int, InitialCamera]] = []
     errors: list[Exception] = []
     for n, xray in enumerate(xrays):
         try:

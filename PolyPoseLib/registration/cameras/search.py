@@ -13,9 +13,9 @@ from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS, standard_view_rotation
 from PolyPoseLib.geometry.view_grid import view_grid
 from PolyPoseLib.registration.cameras.coarse_search import Candidates, CoarseSearch, compared_points
-from PolyPoseLib.registration.cameras.hypotheses import Hypothesis, distinct, doubts, judge_camera, merged
+from PolyPoseLib.registration.cameras.hypotheses import Hypothesis, distinct, doubts, merged, score_camera
 from PolyPoseLib.registration.cameras.refine import find_camera
-from PolyPoseLib.registration.fit.levels import Level, Measured
+from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 
@@ -114,7 +114,7 @@ class SearchRange:
 
 def find_cameras(
     scene: Scene,
-    measured: Measured,
+    measured: Observation,
     searched: SearchRange,
     backend: Backend,
     monitor: Monitor,
@@ -153,7 +153,7 @@ def find_cameras(
 
 def coarse_cameras(
     scene: Scene,
-    measured: Measured,
+    measured: Observation,
     searched: SearchRange,
     backend: Backend,
     monitor: Monitor,
@@ -167,7 +167,7 @@ def coarse_cameras(
 
 def refine_cameras(
     scene: Scene,
-    measured: Measured,
+    measured: Observation,
     cameras: Sequence[Camera],
     backend: Backend,
     monitor: Monitor,
@@ -194,7 +194,7 @@ def perturbed(camera: Camera, centre: np.ndarray, rng: np.random.Generator) -> C
 
 def _refined(
     scene: Scene,
-    measured: Measured,
+    measured: Observation,
     cameras: Sequence[Camera],
     stages: Sequence[Stage],
     points: np.ndarray,
@@ -215,7 +215,7 @@ def _refined(
             placed = measured.with_camera(start.camera)
             camera = find_camera(scene, placed, [step.level], backend, quiet, quiet.stage)
             placed = measured.with_camera(camera)
-            judgement = judge_camera(scene, placed, step.level, points, backend)
+            judgement = score_camera(scene, placed, step.level, points, backend)
             judged.append(replace(judgement, votes=start.votes))
         found = merged(judged, points, step.apart_mm, step.keep, SAME_MM)
     return found
@@ -223,7 +223,7 @@ def _refined(
 
 def _coarse(
     scene: Scene,
-    measured: Measured,
+    measured: Observation,
     searched: SearchRange,
     density: Density,
     points: np.ndarray,

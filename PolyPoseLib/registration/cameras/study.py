@@ -14,8 +14,8 @@ from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.cameras.initial import Regressor, initial_camera
 from PolyPoseLib.registration.cameras.multistart import FoundCamera
 from PolyPoseLib.registration.cameras.rig import find_rig_near
-from PolyPoseLib.registration.cameras.rig_initial import group_guesses
-from PolyPoseLib.registration.fit.levels import Measured
+from PolyPoseLib.registration.cameras.rig_initial import initial_rig_cameras
+from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.presets import PRESETS, Preset
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
@@ -27,8 +27,8 @@ class StudyCameras:
     on in stage B; warnings: what is doubtful.
     """
 
-    initial: list[Measured]
-    refined: list[Measured]
+    initial: list[Observation]
+    refined: list[Observation]
     free: list[int]
     warnings: list[str]
 
@@ -36,7 +36,7 @@ class StudyCameras:
 class CameraRefiner(Protocol):
     """Refines one X-ray's camera by the anchor, as one method does it."""
 
-    def __call__(self, measured: Measured, source_to_detector_mm: float, stage: str) -> FoundCamera:
+    def __call__(self, measured: Observation, source_to_detector_mm: float, stage: str) -> FoundCamera:
         """The camera near ``measured.camera``; stage: name in the progress."""
         ...
 
@@ -94,8 +94,8 @@ class _Finder:
         self.levels = preset.camera_levels or PRESETS["default"].camera_levels
         self.refine, self.model = refine, regressor
         self.backend, self.monitor = backend, monitor
-        self.initial: list[Measured | None] = [None] * count
-        self.refined: list[Measured | None] = [None] * count
+        self.initial: list[Observation | None] = [None] * count
+        self.refined: list[Observation | None] = [None] * count
         self.free: list[int] = []
         self.warnings: list[str] = []
 
@@ -123,7 +123,7 @@ class _Finder:
 
     def find_rig(self, numbers: Sequence[int], xrays: Sequence[Xray], stage: str) -> None:
         """The X-rays of one rig."""
-        guesses = group_guesses(self.scene, xrays, self.backend, self.monitor, stage, model=self.model)
+        guesses = initial_rig_cameras(self.scene, xrays, self.backend, self.monitor, stage, model=self.model)
         placed = [
             self._keep(n, xray, guess.camera) for n, xray, guess in zip(numbers, xrays, guesses, strict=True)
         ]
@@ -135,9 +135,9 @@ class _Finder:
             self.refined[n] = first.with_camera(found.camera)
             self.warnings.extend([] if found.sure else [_doubt(xray.name or f"X-ray {n + 1}", found)])
 
-    def _keep(self, n: int, xray: Xray, camera: Camera) -> Measured:
+    def _keep(self, n: int, xray: Xray, camera: Camera) -> Observation:
         """The X-ray with its first camera, which is the refined one until a better is found."""
-        measured = Measured(xray.image, xray.mask, camera)
+        measured = Observation(xray.image, xray.mask, camera)
         self.initial[n] = self.refined[n] = measured
         return measured
 

@@ -31,7 +31,7 @@ class Level:
 
 
 @dataclass(frozen=True)
-class Measured:
+class Observation:
     """An X-ray as the solver takes it.
 
     image: (H, W) float32 line integrals; mask: (H, W) bool, True where it counts; camera: the present guess; noise:
@@ -48,7 +48,7 @@ class Measured:
         if self.noise is None:
             object.__setattr__(self, "noise", noise_map(self.image, self.mask))
 
-    def with_camera(self, camera: Camera) -> Measured:
+    def with_camera(self, camera: Camera) -> Observation:
         """The same X-ray with another camera."""
         return replace(self, camera=camera)
 
@@ -59,7 +59,7 @@ def pixel_size_mm(camera: Camera, point: np.ndarray) -> float:
     return max(depth, 1.0) / float(camera.intrinsics[0, 0])
 
 
-def view_at(level: Level, measured: Measured, centre: np.ndarray, expect_noise: bool = True) -> View:
+def view_at(level: Level, measured: Observation, centre: np.ndarray, expect_noise: bool = True) -> View:
     """The X-ray at a level's resolution; ``centre`` (3,) LPS mm is where the level's millimetres are measured.
 
     expect_noise: compare and weigh as the X-ray's noise suggests; without it residuals are those of local correlation.

@@ -11,7 +11,7 @@ from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend, IndexField
 from PolyPoseLib.rendering.rigid import Body, index_rays
 from PolyPoseLib.warp.dense import displacement_field
-from PolyPoseLib.warp.polyrigid import PolyrigidWarp, Turning
+from PolyPoseLib.warp.polyrigid import PolyrigidWarp, RotationFalloff
 from PolyPoseLib.warp.weights import DistanceMaps, distance_maps
 
 FIELD_MM = 8.0
@@ -38,7 +38,9 @@ class SoftTissue:
     ) -> None:
         self.scene = scene
         self.frame, self.form, self.epsilon = frame, form, epsilon
-        self._turning = Turning(rotation_reach_mm, scene.centres) if rotation_reach_mm is not None else None
+        self._rotation_falloff = (
+            RotationFalloff(rotation_reach_mm, scene.centres) if rotation_reach_mm is not None else None
+        )
         self._coarse: DistanceMaps | None = None
         affine, shape = scene.ct_affine, scene.structures.labels.shape
         self._grid = covering_grid(affine, shape, FIELD_MM, MARGIN_MM)
@@ -48,7 +50,7 @@ class SoftTissue:
         share = self.scene.structures.volume_share()
         centre = self.scene.anchor_centre
         return PolyrigidWarp(
-            distances, share, poses, self.frame, self.form, self.epsilon, centre, self._turning
+            distances, share, poses, self.frame, self.form, self.epsilon, centre, self._rotation_falloff
         )
 
     def coarse_field(self, poses: np.ndarray) -> DisplacementField:

@@ -20,7 +20,7 @@ LEAST_SCALE = 0.2
 """Smallest scale of the residual, in units of what is expected; below it nothing is an outlier."""
 
 
-def covered(problem: RigidProblem, state: State, view_index: int, which: Iterable[int]) -> np.ndarray:
+def projection_mask(problem: RigidProblem, state: State, view_index: int, which: Iterable[int]) -> np.ndarray:
     """(H, W) bool: pixels of a view in which one of the bodies ``which`` shows."""
     view = problem.views[view_index]
     shows = np.zeros(view.static.shape, bool)
@@ -31,7 +31,7 @@ def covered(problem: RigidProblem, state: State, view_index: int, which: Iterabl
     return shows
 
 
-def within(shows: np.ndarray, reach_px: float) -> np.ndarray:
+def dilated(shows: np.ndarray, reach_px: float) -> np.ndarray:
     """Pixels at most ``reach_px`` from one that is True."""
     if reach_px <= 0 or not shows.any():
         return shows

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from PolyPoseLib.geometry.rigid import rotation_angle_deg
-from PolyPoseLib.registration.fit.levels import Level, Measured, pixel_size_mm, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm, view_at
 from PolyPoseLib.registration.fit.problem import RigidProblem, State
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
-from PolyPoseLib.registration.fit.weighting import covered, within
+from PolyPoseLib.registration.fit.weighting import dilated, projection_mask
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 
-JUDGED_AT = Level(3.0, 20.0, 0)
+SCORING_LEVEL = Level(3.0, 20.0, 0)
 """Resolution at which renderings are judged: coarse enough that noise does not decide."""
 
 MARGIN = 0.01
@@ -29,7 +29,7 @@ REACH_MM = 10.0
 
 
 @dataclass(frozen=True)
-class Judgement:
+class ViewScores:
     """similarities: one per view in [-1, 1]; visible: (K, N) whether a structure shows in a view."""
 
     similarities: list[float]
@@ -37,32 +37,32 @@ class Judgement:
 
 
 def judge(
-    scene: Scene, soft: SoftTissue, measured: Sequence[Measured], poses: np.ndarray, backend: Backend
-) -> Judgement:
+    scene: Scene, soft: SoftTissue, measured: Sequence[Observation], poses: np.ndarray, backend: Backend
+) -> ViewScores:
     """Local correlation of every X-ray with its rendering around all bones, for poses (K, 4, 4)."""
-    views = [view_at(JUDGED_AT, m, scene.anchor_centre, expect_noise=False) for m in measured]
-    bodies = scene.bodies(JUDGED_AT.size_mm)
-    problem = RigidProblem(bodies, views, [], [], scene.anchor_centre, JUDGED_AT.size_mm, backend)
+    views = [view_at(SCORING_LEVEL, m, scene.anchor_centre, expect_noise=False) for m in measured]
+    bodies = scene.bodies(SCORING_LEVEL.size_mm)
+    problem = RigidProblem(bodies, views, [], [], scene.anchor_centre, SCORING_LEVEL.size_mm, backend)
     state = State(poses, np.stack([np.eye(4)] * len(views)))
     field = soft.coarse_field(poses)
     similarities = []
     visible = np.zeros((len(bodies), len(views)), bool)
     for n, view in enumerate(views):
-        view.static = soft.render(field, view.camera, np.eye(4), JUDGED_AT.size_mm, backend)
+        view.static = soft.render(field, view.camera, np.eye(4), SCORING_LEVEL.size_mm, backend)
         region = np.zeros(view.static.shape, bool)
         for k in range(len(bodies)):
-            shows = covered(problem, state, n, [k]) & (view.contrast.support > 0)
+            shows = projection_mask(problem, state, n, [k]) & (view.contrast.support > 0)
             visible[k, n] = shows.any()
             region |= shows
-        region = within(region, REACH_MM / pixel_size_mm(view.camera, scene.anchor_centre))
+        region = dilated(region, REACH_MM / pixel_size_mm(view.camera, scene.anchor_centre))
         region &= view.contrast.support > 0
         residual = problem.residual(state, n)[region]
         similarities.append(float(1 - np.mean(residual**2) / 2) if residual.size else -1.0)
-    return Judgement(similarities, visible)
+    return ViewScores(similarities, visible)
 
 
 def reasons_for_distrust(
-    scene: Scene, names: Sequence[str], before: Judgement, after: Judgement, poses: np.ndarray
+    scene: Scene, names: Sequence[str], before: ViewScores, after: ViewScores, poses: np.ndarray
 ) -> tuple[str, ...]:
     """What speaks against a result; names are those of the X-rays."""
     reasons = []
@@ -94,7 +94,7 @@ def reasons_for_distrust(
     return tuple(reasons)
 
 
-def hidden_structures(scene: Scene, after: Judgement) -> list[str]:
+def hidden_structures(scene: Scene, after: ViewScores) -> list[str]:
     """Warnings about structures that no X-ray shows."""
     return [
         f'The structure "{name}" shows in no X-ray: its pose is a guess with a wide uncertainty.'

@@ -19,10 +19,10 @@ from PolyPoseLib.registration.fit.problem import RigidProblem, State, View, corr
 from PolyPoseLib.registration.uncertainty.covariance import PATCHES_PER_CLUSTER, PoseUncertainty, cluster_sums
 from PolyPoseLib.rendering.rigid import footprint
 
-PUSH_DEVIATIONS = 4.0
+PERTURBATION_DEVIATIONS = 4.0
 """How far a bone is pushed, in standard deviations of its pose."""
 
-LARGEST_PUSH_MM = 8.0
+LARGEST_PERTURBATION_MM = 8.0
 """Farther pushes are shortened: what is so badly known needs no second opinion."""
 
 DIRECTIONS = 2
@@ -33,11 +33,11 @@ LEVER_MM = 50.0
 
 ITERATIONS = 15
 
-TOLD_APART = 3.0
+DISTINGUISHABLE = 3.0
 """Standard deviations of the difference in how well two places explain the X-rays, beyond which one is refuted."""
 
 
-def widened_by_other_valleys(
+def widened_by_local_minima(
     problem: RigidProblem,
     state: State,
     doubts: dict[int, PoseUncertainty],
@@ -58,7 +58,9 @@ def widened_by_other_valleys(
 def _other_places(problem: RigidProblem, state: State, k: int, doubt: PoseUncertainty) -> list[np.ndarray]:
     """(6,) perturbations of a bone's pose that lead to where it rests as well, so far as the X-rays tell."""
     body = problem.bodies[k]
-    starts = [about(perturbation(push), body.centre) @ state.poses[k] for push in _pushes(doubt.covariance)]
+    starts = [
+        about(perturbation(push), body.centre) @ state.poses[k] for push in _perturbations(doubt.covariance)
+    ]
     alone = _problem_of_one_bone(problem, state, k, starts)
     if alone is None:
         return []
@@ -71,11 +73,11 @@ def _other_places(problem: RigidProblem, state: State, k: int, doubt: PoseUncert
     return places
 
 
-def _pushes(covariance: np.ndarray) -> list[np.ndarray]:
+def _perturbations(covariance: np.ndarray) -> list[np.ndarray]:
     """Perturbations (6,) of PUSH_DEVIATIONS along the least known directions, either way."""
     lever = np.array([LEVER_MM] * 3 + [1.0] * 3)
     variances, directions = np.linalg.eigh(covariance * np.outer(lever, lever))
-    lengths = np.minimum(PUSH_DEVIATIONS * np.sqrt(variances), LARGEST_PUSH_MM)
+    lengths = np.minimum(PERTURBATION_DEVIATIONS * np.sqrt(variances), LARGEST_PERTURBATION_MM)
     return [
         sign * lengths[-n] * directions[:, -n] / lever for n in range(1, DIRECTIONS + 1) for sign in (-1, 1)
     ]
@@ -130,7 +132,7 @@ def _is_refuted(alone: RigidProblem, found: State, rest: State) -> bool:
         sums = cluster_sums(worse, PATCHES_PER_CLUSTER * view.contrast.size)
         total += float(sums.sum())
         variance += float((sums**2).sum())
-    return total > TOLD_APART * np.sqrt(variance)
+    return total > DISTINGUISHABLE * np.sqrt(variance)
 
 
 def _size_mm(away: np.ndarray) -> float:

@@ -7,11 +7,11 @@ import pytest
 import SimpleITK as sitk
 
 from PolyPoseLib.__main__ import main
-from PolyPoseLib.data.found_camera import Guess
+from PolyPoseLib.data.found_camera import InitialCamera
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.io.volumes import write_volume
-from PolyPoseLib.registration.cameras import rig_initial as rig_guess
+from PolyPoseLib.registration.cameras import rig_initial as rig_initial
 
 FOUND = np.array([[1.0, 0, 0, 0], [0, 0, -1, 5], [0, 1, 0, 700], [0, 0, 0, 1]])
 
@@ -49,11 +49,11 @@ def asked(monkeypatch):
     def guess(scene, xray, backend, monitor, stage, method="auto", model=None):
         calls["asked"].append((xray.name, method))
         camera = Camera(xray.intrinsics, FOUND, *xray.image.shape)
-        return Guess(
+        return InitialCamera(
             camera, calls["sure"], (2, 10), "as told", () if calls["sure"] else ("doubtful",), 0.8, 0.3
         )
 
-    monkeypatch.setattr(rig_guess, "initial_camera", guess)
+    monkeypatch.setattr(rig_initial, "initial_camera", guess)
     return calls
 
 

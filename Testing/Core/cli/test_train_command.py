@@ -9,12 +9,12 @@ import pytest
 import SimpleITK as sitk
 
 from PolyPoseLib.__main__ import main
-from PolyPoseLib.data.found_camera import Guess
+from PolyPoseLib.data.found_camera import InitialCamera
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.io.camera_models import load_model
 from PolyPoseLib.io.volumes import write_volume
 from PolyPoseLib.learned import training
-from PolyPoseLib.registration.cameras import initial as camera_guess
+from PolyPoseLib.registration.cameras import initial as initial
 
 pytest.importorskip("monai", reason="learned cameras need MONAI")
 
@@ -113,9 +113,9 @@ def refined(monkeypatch):
 
     def learned(scene, xray, model, backend, monitor, stage):
         asked.append(model.model.validation_mm)
-        return Guess(model.predict(xray)[0], True, (2, 10), model.how, (), 0.8, 0.2)
+        return InitialCamera(model.predict(xray)[0], True, (2, 10), model.how, (), 0.8, 0.2)
 
-    monkeypatch.setattr(camera_guess, "learned_camera", learned)
+    monkeypatch.setattr(initial, "learned_camera", learned)
     return asked
 
 
@@ -131,11 +131,11 @@ def test_auto_takes_a_model_only_when_it_is_given(study, model, refined, monkeyp
 
     def search(scene, xray, backend, monitor, stage):
         searched.append(xray.name)
-        return Guess(
-            camera_guess.Camera(xray.intrinsics, np.eye(4), *xray.image.shape), True, (2, 10), "searched"
+        return InitialCamera(
+            initial.Camera(xray.intrinsics, np.eye(4), *xray.image.shape), True, (2, 10), "searched"
         )
 
-    monkeypatch.setattr(camera_guess, "searched_camera", search)
+    monkeypatch.setattr(initial, "searched_camera", search)
     assert run("cameras", study) == 0
     assert (len(searched), len(refined)) == (1, 0)
     fields = json.loads(study.read_text())

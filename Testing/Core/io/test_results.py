@@ -164,7 +164,14 @@ def test_a_disk_that_is_full_is_noticed_in_every_file(tmp_path, limit):
         "try:\n    make_result().save(sys.argv[2])\n"
         "except InputError as error:\n    print('refused', error)\n"
     )
-    command = [sys.executable, "-c", code, os.path.dirname(result_case.__file__), str(tmp_path / "out"), str(limit)]
+    command = [
+        sys.executable,
+        "-c",
+        code,
+        os.path.dirname(result_case.__file__),
+        str(tmp_path / "out"),
+        str(limit),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert done.stdout.startswith("refused"), done.stderr
     assert not list(tmp_path.iterdir())

@@ -7,7 +7,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.registration.fit.levels import Level, Measured, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, view_at
 from PolyPoseLib.registration.fit.weighting import reliability
 from PolyPoseLib.similarity.noise import noise_map
 
@@ -61,7 +61,7 @@ def test_pixels_count_less_the_noisier_they_are() -> None:
     means = []
     for deviation in (0.0, 0.1, 0.4):
         noisy = (clean + rng.normal(0, deviation, clean.shape)).astype(np.float32)
-        view = view_at(level, Measured(noisy, np.ones(noisy.shape, bool), camera), centre)
+        view = view_at(level, Observation(noisy, np.ones(noisy.shape, bool), camera), centre)
         assert np.all((reliability(view) > 0) & (reliability(view) <= 1))
         means.append(float(reliability(view).mean()))
     assert means[0] > 0.9

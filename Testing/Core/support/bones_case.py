@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume
-from PolyPoseLib.warp.polyrigid import PolyrigidWarp, Turning
+from PolyPoseLib.warp.polyrigid import PolyrigidWarp, RotationFalloff
 from PolyPoseLib.warp.weights import distance_maps
 
 
@@ -69,5 +69,7 @@ class Bones:
     def warp(self, frame="moving", form="rigid", poses=None, reach_mm=None) -> PolyrigidWarp:
         """The warp of these bones; reach_mm: within which they turn tissue."""
         poses = self.poses if poses is None else poses
-        turning = None if reach_mm is None else Turning(reach_mm, self.centroids)
-        return PolyrigidWarp(self.distances, self.share, poses, frame, form, turning=turning)
+        rotation_falloff = None if reach_mm is None else RotationFalloff(reach_mm, self.centroids)
+        return PolyrigidWarp(
+            self.distances, self.share, poses, frame, form, rotation_falloff=rotation_falloff
+        )

@@ -16,7 +16,7 @@ from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.geometry import se3
 from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at
 from PolyPoseLib.geometry.rigid import about
-from PolyPoseLib.registration.fit.levels import Measured
+from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.numba_backend import NumbaBackend
@@ -39,7 +39,7 @@ class Phantom:
 
     def measured(self, cameras=None):
         cameras = cameras or self.cameras
-        return [Measured(x.image, x.mask, c) for x, c in zip(self.study.xrays, cameras, strict=True)]
+        return [Observation(x.image, x.mask, c) for x, c in zip(self.study.xrays, cameras, strict=True)]
 
     def bone_error(self, poses):
         """Mean distance (mm) of each structure's voxels from where they belong in the CT."""

@@ -6,7 +6,7 @@ import torch
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry import se3
-from PolyPoseLib.warp.polyrigid import PolyrigidWarp, Turning
+from PolyPoseLib.warp.polyrigid import PolyrigidWarp, RotationFalloff
 
 
 def apply(matrix, points) -> np.ndarray:
@@ -45,7 +45,9 @@ def test_far_tissue_follows_the_centroids_and_does_not_turn(straight_bones, moti
     limb = bones.centroids[1]
     poses = np.stack([np.eye(4), motion_of((20, -14, 30), (3, 8, -5), limb), np.eye(4)])
     share = np.array([1e-9, 1.0, 1e-9])
-    warp = PolyrigidWarp(bones.distances, share, poses, turning=Turning(0.1, bones.centroids))
+    warp = PolyrigidWarp(
+        bones.distances, share, poses, rotation_falloff=RotationFalloff(0.1, bones.centroids)
+    )
     rng = np.random.default_rng(1)
     far = limb + rng.normal(size=(200, 3)) * 5 + np.array([60.0, 0.0, 0.0])
     displacement = warp(torch.as_tensor(far)).numpy() - far
@@ -59,8 +61,10 @@ def test_moving_the_whole_world_moves_the_warp_with_it(straight_bones, motion_of
     points = bones.somewhere(400)
     here = bones.warp(reach_mm=15.0)(torch.as_tensor(points)).numpy()
     maps = type(bones.distances)(bones.distances.signed, world @ bones.distances.affine)
-    turning = Turning(15.0, apply(world, bones.centroids))
-    moved = PolyrigidWarp(maps, bones.share, world @ bones.poses @ np.linalg.inv(world), turning=turning)
+    rotation_falloff = RotationFalloff(15.0, apply(world, bones.centroids))
+    moved = PolyrigidWarp(
+        maps, bones.share, world @ bones.poses @ np.linalg.inv(world), rotation_falloff=rotation_falloff
+    )
     there = moved(torch.as_tensor(apply(world, points))).numpy()
     assert np.abs(there - apply(world, here)).max() < 1e-4
 
@@ -70,10 +74,10 @@ def test_gradients_by_poses_and_points(straight_bones):
     maps = bones.distances.to(dtype=torch.float64)
     points = torch.as_tensor(bones.somewhere(12, seed=4))
     logs = se3.log(torch.as_tensor(bones.poses)).requires_grad_()
-    turning = Turning(12.0, bones.centroids)
+    rotation_falloff = RotationFalloff(12.0, bones.centroids)
 
     def warp(v, place):
-        return PolyrigidWarp(maps, bones.share, se3.exp(v), turning=turning)(place)
+        return PolyrigidWarp(maps, bones.share, se3.exp(v), rotation_falloff=rotation_falloff)(place)
 
     assert torch.autograd.gradcheck(warp, (logs, points.requires_grad_()), eps=1e-7, atol=5e-2, rtol=1e-3)
 
@@ -93,4 +97,9 @@ def test_a_reach_must_be_a_distance(bones, reach_mm):
 
 def test_every_structure_needs_a_centroid(bones):
     with pytest.raises(InputError, match="3 centroids"):
-        PolyrigidWarp(bones.distances, bones.share, bones.poses, turning=Turning(40.0, np.zeros((2, 3))))
+        PolyrigidWarp(
+            bones.distances,
+            bones.share,
+            bones.poses,
+            rotation_falloff=RotationFalloff(40.0, np.zeros((2, 3))),
+        )

@@ -14,7 +14,7 @@ from PolyPoseLib.geometry.rigid import about
 from PolyPoseLib.rendering.numba_backend import NumbaBackend
 from PolyPoseLib.rendering.rigid import Body, project_body
 from PolyPoseLib.rendering.torch_backend import TorchBackend
-from PolyPoseLib.warp.polyrigid import PolyrigidWarp, Turning
+from PolyPoseLib.warp.polyrigid import PolyrigidWarp, RotationFalloff
 
 STEP = 4.0
 FIELDS = [(frame, form) for frame in ("fixed", "moving") for form in ("mass", "epsilon", "rigid")]
@@ -173,7 +173,7 @@ def test_a_camera_that_looks_away_sees_nothing(backend):
 def test_a_warp_whose_bones_turn_only_nearby_tissue_is_refused(backend):
     case = make_case()
     old = case.warp
-    turning = Turning(40.0, np.zeros((old.distances.count, 3)))
-    warp = PolyrigidWarp(old.distances, old.share, old.poses, turning=turning)
+    rotation_falloff = RotationFalloff(40.0, np.zeros((old.distances.count, 3)))
+    warp = PolyrigidWarp(old.distances, old.share, old.poses, rotation_falloff=rotation_falloff)
     with pytest.raises(ValueError, match="without turning"):
         polyrigid_projector(case.voxels, case.affine, warp, case.camera, STEP, backend)

@@ -7,8 +7,13 @@ from phantom_study import case, study
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.geometry.rigid import about, perturbation
 from PolyPoseLib.pipeline import register
-from PolyPoseLib.registration.bones.rejection import contradicted, disbelief, look_again, unexplained
-from PolyPoseLib.registration.fit.levels import Level, Measured
+from PolyPoseLib.registration.bones.rejection import (
+    inconsistency_warnings,
+    inconsistent_structures,
+    restart_inconsistent,
+    structure_residuals,
+)
+from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.covariance import UNSEEN_ROTATION_DEG, UNSEEN_TRANSLATION_MM
@@ -26,7 +31,7 @@ class Known:
         self.scene = Scene(self.case.ct, self.case.structures, self.case.anchor)
         self.soft = SoftTissue(self.scene, rotation_reach_mm=40.0)
         self.measured = [
-            Measured(image, np.ones(image.shape, bool), camera)
+            Observation(image, np.ones(image.shape, bool), camera)
             for image, camera in zip(self.case.images, self.case.cameras, strict=True)
         ]
         self.true = np.stack([self.case.fixed_to_moving[name] for name in self.scene.names])
@@ -47,13 +52,13 @@ def known():
 
 
 def test_right_poses_are_not_contradicted(known):
-    assert contradicted(known.scene, known.soft, known.measured, known.true, known.backend) == []
+    assert inconsistent_structures(known.scene, known.soft, known.measured, known.true, known.backend) == []
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_wrong_pose_leaves_more_unexplained(known, seed):
     right, wrong = (
-        np.nanmax(unexplained(known.scene, known.soft, known.measured, poses, known.backend)[FEMUR])
+        np.nanmax(structure_residuals(known.scene, known.soft, known.measured, poses, known.backend)[FEMUR])
         for poses in (known.true, known.turned(35, seed))
     )
     assert wrong > 2 * right
@@ -61,11 +66,13 @@ def test_a_wrong_pose_leaves_more_unexplained(known, seed):
 
 def test_a_wrong_pose_is_contradicted_and_found_again(known):
     wrong = known.turned(35, 0)
-    which = contradicted(known.scene, known.soft, known.measured, wrong, known.backend)
+    which = inconsistent_structures(known.scene, known.soft, known.measured, wrong, known.backend)
     assert FEMUR in which
-    assert "femur_left" in disbelief(known.scene, which)[0]
+    assert "femur_left" in inconsistency_warnings(known.scene, which)[0]
     monitor = Monitor(None, None)
-    again = look_again(known.scene, known.soft, known.measured, wrong, LEVELS, known.backend, monitor)
+    again = restart_inconsistent(
+        known.scene, known.soft, known.measured, wrong, LEVELS, known.backend, monitor
+    )
     bone = np.argwhere(known.scene.structures.labels == FEMUR + 1)[::20, ::-1]
     moving = bone @ known.scene.ct_affine[:3, :3].T + known.scene.ct_affine[:3, 3]
     fixed = np.c_[moving, np.ones(len(moving))] @ np.linalg.inv(known.true[FEMUR]).T
@@ -79,19 +86,21 @@ def test_a_wrong_pose_is_contradicted_and_found_again(known):
 def test_a_structure_outside_every_view_says_nothing(known):
     poses = known.true.copy()
     poses[FEMUR, :3, 3] += 4000
-    share = unexplained(known.scene, known.soft, known.measured, poses, known.backend)
+    share = structure_residuals(known.scene, known.soft, known.measured, poses, known.backend)
     assert np.isnan(share[FEMUR]).all()
 
 
 def test_right_bones_are_not_looked_for_again(known, monkeypatch):
-    monkeypatch.setattr("PolyPoseLib.registration.bones.rejection.DOUBTED", 10.0)
+    monkeypatch.setattr("PolyPoseLib.registration.bones.rejection.SUSPECT", 10.0)
     monitor = Monitor(None, None)
-    same = look_again(known.scene, known.soft, known.measured, known.true, LEVELS, known.backend, monitor)
+    same = restart_inconsistent(
+        known.scene, known.soft, known.measured, known.true, LEVELS, known.backend, monitor
+    )
     np.testing.assert_array_equal(same, known.true)
 
 
 def test_a_contradicted_structure_is_given_no_certainty(known, monkeypatch):
-    monkeypatch.setattr("PolyPoseLib.pipeline.contradicted", lambda *_: [FEMUR])
+    monkeypatch.setattr("PolyPoseLib.pipeline.inconsistent_structures", lambda *_: [FEMUR])
     result = register(study(known.case, {"preset": "fast"}))
     stated = result.structures["femur_left"].uncertainty
     assert any("contradict" in warning and "femur_left" in warning for warning in result.warnings)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from PolyPoseLib.data.found_camera import Guess
+from PolyPoseLib.data.found_camera import InitialCamera
 from PolyPoseLib.data.progress import Monitor
-from PolyPoseLib.registration.cameras import initial as camera_guess
+from PolyPoseLib.registration.cameras import initial as initial
 from PolyPoseLib.registration.cameras.hypotheses import apart_mm
 from PolyPoseLib.registration.cameras.initial import initial_camera
 from PolyPoseLib.registration.cameras.search import perturbed
@@ -36,10 +36,10 @@ def searches(monkeypatch):
 
     def search(scene, xray, backend, monitor, stage):
         asked.append(xray.name)
-        camera = camera_guess.Camera(xray.intrinsics, np.eye(4), *xray.image.shape)
-        return Guess(camera, False, (2.0, 10.0), "searched", (), 0.01, 0.0)
+        camera = initial.Camera(xray.intrinsics, np.eye(4), *xray.image.shape)
+        return InitialCamera(camera, False, (2.0, 10.0), "searched", (), 0.01, 0.0)
 
-    monkeypatch.setattr(camera_guess, "searched_camera", search)
+    monkeypatch.setattr(initial, "searched_camera", search)
     return asked
 
 

@@ -7,9 +7,9 @@ from phantom_study import case
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.registration.cameras import refine as cameras
 from PolyPoseLib.registration.cameras.refine import anchor_region, find_camera
-from PolyPoseLib.registration.fit.levels import Level, Measured, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, view_at
 from PolyPoseLib.registration.fit.problem import RigidProblem, State
-from PolyPoseLib.registration.fit.weighting import covered, within
+from PolyPoseLib.registration.fit.weighting import dilated, projection_mask
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.select import select_backend
 
@@ -31,7 +31,7 @@ def test_a_camera_too_near_or_too_far_finds_its_distance(simulated, seed):
     extrinsic = true.extrinsic.copy()
     centre = extrinsic[:3, :3] @ scene.anchor_centre + extrinsic[:3, 3]
     extrinsic[:3, 3] += off * centre / np.linalg.norm(centre)
-    measured = Measured(image, np.ones(image.shape, bool), true.with_extrinsic(extrinsic))
+    measured = Observation(image, np.ones(image.shape, bool), true.with_extrinsic(extrinsic))
     found = find_camera(scene, measured, LEVELS, select_backend(), Monitor(None, None), "camera")
     left = (found.extrinsic - true.extrinsic) @ np.r_[scene.anchor_centre, 1.0]
     assert abs(left[2]) < 0.6 * abs(off)
@@ -43,20 +43,20 @@ def test_at_fine_levels_moving_bones_are_masked_and_their_surroundings_where_eno
 ):
     scene = Scene(simulated.ct, simulated.structures, simulated.anchor)
     image = simulated.images[view]
-    measured = Measured(image, np.ones(image.shape, bool), simulated.cameras[view])
+    measured = Observation(image, np.ones(image.shape, bool), simulated.cameras[view])
     state = State(np.stack([np.eye(4)] * 3), np.eye(4)[None])
 
     def regions(level):
         seen = [view_at(level, measured, scene.anchor_centre)]
         bodies = scene.bodies(level.size_mm)
         bones = RigidProblem(bodies, seen, [], [], scene.anchor_centre, level.size_mm, select_backend())
-        moving, anchor = (covered(bones, state, 0, which) for which in ([1, 2], [0]))
+        moving, anchor = (projection_mask(bones, state, 0, which) for which in ([1, 2], [0]))
         return anchor_region(scene, bones, state, 0), moving, anchor
 
     fine, moving, anchor = regions(Level(2.0, 14.0, 10))
     monkeypatch.setattr(cameras, "LEAST_ANCHOR", 1.1)
     wider, *_ = regions(Level(2.0, 14.0, 10))
-    assert not (wider & moving).any() and not (fine & within(moving, 1)).any()
+    assert not (wider & moving).any() and not (fine & dilated(moving, 1)).any()
     assert (fine & wider == fine).all() and fine.sum() < wider.sum()
     assert (fine & anchor).sum() >= 0.4 * anchor.sum()
     coarse, _moving, anchor = regions(Level(6.0, 40.0, 10))

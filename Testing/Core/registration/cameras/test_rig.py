@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from PolyPoseLib.data.found_camera import Guess
+from PolyPoseLib.data.found_camera import InitialCamera
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.xray import RigPose
 from PolyPoseLib.errors import InputError, UntrustedResultError
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.pipeline import register
-from PolyPoseLib.registration.cameras import rig_initial as rig_guess
+from PolyPoseLib.registration.cameras import rig_initial as rig_initial
 from PolyPoseLib.registration.cameras.hypotheses import apart_mm
 from PolyPoseLib.registration.cameras.rig import (
     best_for_rig,
@@ -21,9 +21,9 @@ from PolyPoseLib.registration.cameras.rig import (
     placed_rig,
     relative_poses,
 )
-from PolyPoseLib.registration.cameras.rig_initial import group_guesses
+from PolyPoseLib.registration.cameras.rig_initial import initial_rig_cameras
 from PolyPoseLib.registration.cameras.study import grouped_by_rig
-from PolyPoseLib.registration.fit.levels import Level, Measured
+from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.rendering.select import select_backend
 from PolyPoseLib.simulation.case_study import case_to_study
 
@@ -55,11 +55,11 @@ def relative(cameras) -> np.ndarray:
     return cameras[1].extrinsic @ np.linalg.inv(cameras[0].extrinsic)
 
 
-def measured_rig(simulated) -> list[Measured]:
+def measured_rig(simulated) -> list[Observation]:
     """The X-rays with the first camera as guessed, and the second placed by the rig."""
     true = simulated.cameras
     blank = [
-        Measured(image, np.ones(image.shape, bool), camera)
+        Observation(image, np.ones(image.shape, bool), camera)
         for image, camera in zip(simulated.images, true, strict=True)
     ]
     poses = relative_poses([camera.extrinsic for camera in true])
@@ -133,10 +133,10 @@ def test_an_x_ray_that_shows_nothing_is_placed_by_another(simulated, scene, stud
     def guess(scene, xray, backend, monitor, stage, method, model):
         if xray.name == study.xrays[0].name:
             raise UntrustedResultError("nothing shows")
-        return Guess(true[1], True, (2, 10), "searched")
+        return InitialCamera(true[1], True, (2, 10), "searched")
 
-    monkeypatch.setattr(rig_guess, "initial_camera", guess)
-    found = group_guesses(scene, study.xrays, select_backend(), Monitor(None, None), "rig")
+    monkeypatch.setattr(rig_initial, "initial_camera", guess)
+    found = initial_rig_cameras(scene, study.xrays, select_backend(), Monitor(None, None), "rig")
     np.testing.assert_allclose(found[0].camera.extrinsic, true[0].extrinsic, atol=1e-9)
     assert "placed by the rig" in found[0].how and found[1].how == "searched"
 
@@ -145,9 +145,9 @@ def test_a_rig_without_any_guess_says_why(scene, study, monkeypatch):
     def refuse(*_):
         raise UntrustedResultError("nothing shows")
 
-    monkeypatch.setattr(rig_guess, "initial_camera", refuse)
+    monkeypatch.setattr(rig_initial, "initial_camera", refuse)
     with pytest.raises(UntrustedResultError, match="nothing shows"):
-        group_guesses(scene, study.xrays, select_backend(), Monitor(None, None), "rig")
+        initial_rig_cameras(scene, study.xrays, select_backend(), Monitor(None, None), "rig")
 
 
 def test_x_rays_are_grouped_in_order(study):

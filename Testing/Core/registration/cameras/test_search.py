@@ -12,9 +12,9 @@ from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.cameras.hypotheses import Hypothesis, apart_mm, distinct, doubts, merged
-from PolyPoseLib.registration.cameras.initial import initial_camera, judged_guess
+from PolyPoseLib.registration.cameras.initial import initial_camera, scored_camera
 from PolyPoseLib.registration.cameras.search import Density, SearchRange, Stage, find_cameras
-from PolyPoseLib.registration.fit.levels import Level, Measured
+from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.rendering.select import select_backend
 from PolyPoseLib.simulation.case_study import case_to_study
 
@@ -34,7 +34,7 @@ def test_a_camera_is_found_without_a_guess(simulated, scene, points):
     searched = replace(searched, centres=turned @ searched.centres)
     steps: list[Progress] = []
     image = simulated.images[0]
-    measured = Measured(image, np.ones(image.shape, bool), true.with_extrinsic(np.eye(4)))
+    measured = Observation(image, np.ones(image.shape, bool), true.with_extrinsic(np.eye(4)))
     found = find_cameras(
         scene, measured, searched, select_backend(), Monitor(steps.append, None), "camera", QUICK, STAGES
     )
@@ -50,11 +50,11 @@ def test_noise_is_not_believed(simulated, scene):
     rng = np.random.default_rng(0)
     image = rng.normal(size=(120, 120)).astype(np.float32)
     searched = replace(SearchRange.around_view("AP", 1020.0), radius_deg=15.0, depths_mm=(700.0, 800.0))
-    measured = Measured(image, np.ones(image.shape, bool), simulated.cameras[0])
+    measured = Observation(image, np.ones(image.shape, bool), simulated.cameras[0])
     found = find_cameras(
         scene, measured, searched, select_backend(), Monitor(None, None), "camera", QUICK, STAGES
     )
-    guess = judged_guess(found, "searched", "noise")
+    guess = scored_camera(found, "searched", "noise")
     assert not guess.sure
     assert "noise" in guess.warnings[0]
 

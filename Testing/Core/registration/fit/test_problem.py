@@ -6,7 +6,7 @@ from phantom_study import phantom
 
 from PolyPoseLib.geometry.rigid import about, perturbation
 from PolyPoseLib.registration.articulations import ArticulationPrior
-from PolyPoseLib.registration.fit.levels import Level, Measured, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, view_at
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import RigidProblem, State
 from PolyPoseLib.registration.scene import Scene
@@ -36,7 +36,7 @@ def _problem(scene: Scene, poses: np.ndarray, free_cameras=(), prior=None) -> Ri
     ct, _ = phantom()
     cameras = view_cameras(ct, (0.0, 60.0), 120, detector_mm=330.0)
     blank = [
-        Measured(np.zeros((120, 120), np.float32), np.ones((120, 120), bool), camera) for camera in cameras
+        Observation(np.zeros((120, 120), np.float32), np.ones((120, 120), bool), camera) for camera in cameras
     ]
     views = [view_at(LEVEL, measured, scene.anchor_centre) for measured in blank]
     backend = select_backend()

@@ -5,7 +5,7 @@ import pytest
 from phantom_study import phantom
 
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.registration.uncertainty.checks import Judgement, reasons_for_distrust
+from PolyPoseLib.registration.uncertainty.checks import ViewScores, reasons_for_distrust
 
 REST = np.stack([np.eye(4)] * 3)
 
@@ -17,7 +17,7 @@ def scene() -> Scene:
 
 def reasons(scene: Scene, before: float, after: float) -> str:
     seen = np.ones((3, 2), bool)
-    judged = (Judgement([before, before], seen), Judgement([after, after], seen))
+    judged = (ViewScores([before, before], seen), ViewScores([after, after], seen))
     return " ".join(reasons_for_distrust(scene, ["a", "b"], *judged, REST))
 
 

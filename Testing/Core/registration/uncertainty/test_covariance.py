@@ -6,7 +6,7 @@ from phantom_study import phantom
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.rigid import perturbation
-from PolyPoseLib.registration.fit.levels import Level, Measured, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, view_at
 from PolyPoseLib.registration.fit.problem import RigidProblem, State
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.covariance import (
@@ -30,7 +30,7 @@ def scene() -> Scene:
 def problem_of(scene: Scene, cameras: list[Camera], noise: float, bodies=None) -> RigidProblem:
     """Views of the bones at rest with noise in their normalised images, everywhere of equal weight."""
     rng = np.random.default_rng(4)
-    blank = [Measured(np.zeros((120, 120), np.float32), np.ones((120, 120), bool), c) for c in cameras]
+    blank = [Observation(np.zeros((120, 120), np.float32), np.ones((120, 120), bool), c) for c in cameras]
     views = [view_at(LEVEL, measured, scene.anchor_centre) for measured in blank]
     problem = RigidProblem(
         bodies or scene.bodies(4.0), views, [1, 2], [], scene.anchor_centre, 4.0, select_backend()

@@ -6,11 +6,11 @@ from phantom_study import phantom
 
 from PolyPoseLib.geometry.rigid import about, perturbation
 from PolyPoseLib.registration.articulations import ArticulationPrior, OneBonePrior
-from PolyPoseLib.registration.fit.levels import Level, Measured, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, view_at
 from PolyPoseLib.registration.fit.problem import RigidProblem, State
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty, pose_uncertainties
-from PolyPoseLib.registration.uncertainty.local_minima import widened_by_other_valleys
+from PolyPoseLib.registration.uncertainty.local_minima import widened_by_local_minima
 from PolyPoseLib.rendering.select import select_backend
 from PolyPoseLib.simulation.simulate import view_cameras
 
@@ -28,7 +28,7 @@ def problem_at(scene: Scene, state: State, doubles: tuple[np.ndarray, ...], seed
     """Noisy views of the bones at ``state`` in which the femur is seen at other poses as well, each as strongly."""
     rng = np.random.default_rng(seed)
     cameras = view_cameras(phantom()[0], (0.0, 60.0), 120, detector_mm=330.0)
-    blank = [Measured(np.zeros((120, 120), np.float32), np.ones((120, 120), bool), c) for c in cameras]
+    blank = [Observation(np.zeros((120, 120), np.float32), np.ones((120, 120), bool), c) for c in cameras]
     views = [view_at(LEVEL, measured, scene.anchor_centre) for measured in blank]
     problem = RigidProblem(scene.bodies(4.0), views, [1, 2], [], scene.anchor_centre, 4.0, select_backend())
     for n, view in enumerate(views):
@@ -60,7 +60,7 @@ def test_a_bone_that_is_seen_at_one_place_keeps_its_interval(scene: Scene, seed:
     problem = problem_at(scene, state, (), seed)
     doubts = pose_uncertainties(problem, state)
     steps = []
-    widened = widened_by_other_valleys(problem, state, doubts, lambda n, total: steps.append((n, total)))
+    widened = widened_by_local_minima(problem, state, doubts, lambda n, total: steps.append((n, total)))
     assert steps == [(0, 2), (1, 2)]
     for k, doubt in doubts.items():
         assert np.linalg.eigvalsh(widened[k].covariance - doubt.covariance).min() >= -1e-12
@@ -75,7 +75,7 @@ def test_a_bone_that_is_seen_at_two_places_is_given_both(scene: Scene, seed: int
     double = sideways @ state.poses[FEMUR]
     problem = problem_at(scene, state, (double,), seed)
     narrow = PoseUncertainty(np.diag([1e-5] * 3 + [9.0, 0.25, 0.25]))
-    widened = widened_by_other_valleys(problem, state, {FEMUR: narrow}, lambda n, total: None)[FEMUR]
+    widened = widened_by_local_minima(problem, state, {FEMUR: narrow}, lambda n, total: None)[FEMUR]
     assert widened.covariance[3, 3] > narrow.covariance[3, 3] + 3.0**2
     assert widened.covariance[4, 4] < narrow.covariance[4, 4] + 3.0**2
 
@@ -86,7 +86,7 @@ def test_a_bone_that_no_view_shows_is_left_as_it_is(scene: Scene) -> None:
     for view in problem.views:
         view.weight = np.zeros_like(view.weight)
     doubt = PoseUncertainty.unseen()
-    widened = widened_by_other_valleys(problem, state, {FEMUR: doubt}, lambda n, total: None)
+    widened = widened_by_local_minima(problem, state, {FEMUR: doubt}, lambda n, total: None)
     np.testing.assert_array_equal(widened[FEMUR].covariance, doubt.covariance)
 
 
