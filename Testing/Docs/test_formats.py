@@ -8,10 +8,10 @@ import json
 import pytest
 from pages import DOCS, PAGES, ROOT, code_blocks, name_of, table_names
 
-from PolyPoseLib import study_schema
-from PolyPoseLib.imaging.xray_fields import FIELDS
-from PolyPoseLib.imaging.xray_intensity import INTENSITIES
-from PolyPoseLib.options import Options
+from PolyPoseLib.data.options import Options
+from PolyPoseLib.io import study_schema
+from PolyPoseLib.io.xray.fields import FIELDS
+from PolyPoseLib.io.xray.intensity import INTENSITIES
 
 STUDY = DOCS / "study-format.md"
 RESULT = DOCS / "result-format.md"
