@@ -53,9 +53,6 @@ def register(parameter_node: Callable[[], Any]) -> None:
     SampleDataLogic.registerCustomSampleDataSource(
         category=CATEGORY,
         sampleName=SAMPLE_NAME,
-        sampleDescription=_(
-            "Pelvis CT with labels, and two simulated X-rays in which both femora have moved"
-        ),
         uris=[CT[0], LABELS[0]],
         fileNames=[CT[1], LABELS[1]],
         nodeNames=[None, None],

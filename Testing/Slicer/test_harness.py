@@ -59,6 +59,12 @@ class HarnessTest(SlicerTestCase):
         path.write_text(text)
         return slicer.util.loadUI(str(path))
 
+    def test_sample_data_refuse_an_argument_that_slicer_does_not_take(self) -> None:
+        import SampleData
+
+        with self.assertRaises(TypeError):
+            SampleData.SampleDataLogic.registerCustomSampleDataSource(sampleDescription="a pelvis")
+
     def test_qt_properties_are_attributes_and_unknown_names_raise(self) -> None:
         import qt
 

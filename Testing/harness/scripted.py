@@ -124,7 +124,6 @@ class _SampleDataLogic:
         cls,
         category: str = "Custom",
         sampleName: str | None = None,
-        sampleDescription: str | None = None,
         uris: Any = None,
         fileNames: Any = None,
         nodeNames: Any = None,
@@ -134,8 +133,8 @@ class _SampleDataLogic:
         loadFiles: Any = None,
         loadFileProperties: dict | None = None,
         checksums: Any = None,
-        test: Any = None,
     ) -> None:
+        """The arguments of Slicer 5.12's own; any other raises TypeError there too."""
         cls.sources.append({name: value for name, value in locals().items() if name != "cls"})
 
     def downloadFileIntoCache(self, uri: str, name: str, checksum: str | None = None) -> str:
