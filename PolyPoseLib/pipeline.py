@@ -184,7 +184,7 @@ def _assemble(
         last = render_views(scene, soft, joint.cameras, joint.poses, backend)
     names = [xray.name or f"X-ray {n + 1}" for n, xray in enumerate(study.xrays)]
     cameras = [
-        CameraResult(camera.intrinsics, camera.extrinsic, camera.height, camera.width, similarity, name)
+        CameraResult(camera, similarity, name)
         for camera, similarity, name in zip(joint.cameras, verdict.after.similarities, names, strict=True)
     ]
     monitor.seconds["total"] = monitor.elapsed

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from PolyPoseLib.cli._arguments import new_parser
 from PolyPoseLib.data.options import RANGES
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.files import refuse_special_file
+from PolyPoseLib.io.files import read_text
 
 if TYPE_CHECKING:
     from PolyPoseLib.simulation.simulate import SimulatedCase
@@ -210,18 +210,12 @@ def view_distances(arguments: argparse.Namespace) -> tuple[float, float]:
 def read_structures(path: Path) -> tuple[dict[str, list[int]], str, str | None]:
     """Structures, anchor and label table of a JSON file as the subcommand structures prints it."""
     from PolyPoseLib.data.label_names import label_table
-    from PolyPoseLib.io import study_schema
+    from PolyPoseLib.io.json_records import Record, parse_object
+    from PolyPoseLib.io.study_schema import check_grouping
 
-    refuse_special_file(path)
+    fields = parse_object(read_text(path, "the structures' JSON file"), str(path))
     try:
-        fields = study_schema.parse(path.read_text(encoding="utf-8"), str(path))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            f"{path}: the file is missing or no text: give the structures' JSON file."
-        ) from error
-    try:
-        study_schema.check_structures(fields.get("structures"))
-        study_schema.check_anchor(fields.get("anchor"), fields["structures"])
+        check_grouping(Record(fields))
         table = fields.get("label_table")
         numbers = {name: number for number, name in label_table(table).items()} if table else {}
     except InputError as error:

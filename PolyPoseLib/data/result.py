@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from PolyPoseLib import __version__
+from PolyPoseLib.geometry.camera import Camera
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.displacement_field import DisplacementField
@@ -69,18 +70,40 @@ class StructureResult:
 class CameraResult:
     """The camera of one X-ray as it was found.
 
-    intrinsics: (3, 3) in pixels of the X-ray as given.
-    extrinsic: (4, 4), world (LPS mm) to camera.
-    height, width: of the X-ray in pixels.
-    similarity: final, in [-1, 1].
+    Parameters
+    ----------
+    camera : Camera
+        In pixels of the X-ray as given; its extrinsic maps the world (LPS mm) to the camera.
+    similarity : float
+        Final, in [-1, 1].
+    name : str
+        Of the X-ray.
+
     """
 
-    intrinsics: np.ndarray
-    extrinsic: np.ndarray
-    height: int
-    width: int
+    camera: Camera
     similarity: float
     name: str = ""
+
+    @property
+    def intrinsics(self) -> np.ndarray:
+        """K (3, 3), pixels."""
+        return self.camera.intrinsics
+
+    @property
+    def extrinsic(self) -> np.ndarray:
+        """E (4, 4), world LPS mm to camera."""
+        return self.camera.extrinsic
+
+    @property
+    def height(self) -> int:
+        """Rows of the X-ray."""
+        return self.camera.height
+
+    @property
+    def width(self) -> int:
+        """Columns of the X-ray."""
+        return self.camera.width
 
 
 @dataclass

@@ -184,7 +184,7 @@ def _centroid(truth: Truth, name: str) -> np.ndarray:
 def camera_errors(true: Camera, found: Camera | CameraResult, truth: Truth) -> dict[str, float]:
     """How far a found camera is from the true one: mm at the anchor's points, degrees, mm between sources."""
     if not isinstance(found, Camera):
-        found = Camera(found.intrinsics, found.extrinsic, found.height, found.width)
+        found = found.camera
     anchor = truth.moving_labels.voxels == truth.names.index(truth.anchor) + 1
     points = metrics.mask_points(anchor, truth.moving_labels.affine, _ANCHOR_POINTS)
     error = metrics.projection_error_mm(points, true, found)

@@ -50,6 +50,42 @@ def refuse_special_file(path: Path, where: str | None = None) -> None:
         )
 
 
+def read_text(path: Path, what: str, largest: int = 16 << 20) -> str:
+    """The text of a file, UTF-8 with or without its mark.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    what : str
+        What the caller expects, for the sentences: "the study's JSON file".
+    largest : int
+        Bytes; larger files are refused unread.
+
+    Raises
+    ------
+    InputError
+        A folder, a pipe or device, too large, absent, unreadable, or no UTF-8 text.
+
+    """
+    if path.is_dir():
+        raise InputError(f"{path}: this is a folder; give {what} in it.")
+    refuse_special_file(path)
+    try:
+        size = path.stat().st_size
+        if size > largest:
+            raise InputError(f"{path}: {size / (1 << 20):.0f} MiB is too large; give {what}.")
+        return path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: there is no such file; give {what}.") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: the file is not UTF-8 text; give {what}.") from error
+    except OSError as error:
+        raise InputError(
+            f"{path}: the file cannot be read ({error.strerror}); check its permissions."
+        ) from error
+
+
 def check_destination(folder: str | Path, overwrite: bool) -> None:
     """Refuse a destination that cannot take a result, before hours are spent on it; raises InputError.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,21 @@ from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera, require_intrinsics
 from PolyPoseLib.geometry.rigid import require_rigid
-from PolyPoseLib.io.files import refuse_special_file, whole_folder
+from PolyPoseLib.io.files import read_text, whole_folder
+from PolyPoseLib.io.json_records import (
+    Record,
+    anything,
+    array,
+    json_text,
+    list_of,
+    object_of,
+    parse_object,
+    plain,
+    real,
+    real_or_nan,
+    string,
+    whole_number,
+)
 from PolyPoseLib.io.transforms import read_transform, write_transform
 from PolyPoseLib.io.volumes import read_volume, write_volume
 
@@ -33,8 +46,7 @@ def save_result(result: Result, folder: Path, overwrite: bool) -> Path:
     A picture that cannot be drawn is left out with a warning: it is no reason to lose hours of computation.
     """
     with whole_folder(folder, overwrite) as temporary:
-        text = json.dumps(result_fields(result), indent=1, allow_nan=False)
-        (temporary / "result.json").write_text(text + "\n", encoding="utf-8")
+        (temporary / "result.json").write_text(json_text(result_fields(result)), encoding="utf-8")
         write_transform(result.transform, temporary / "transform.h5")
         write_volume(_hounsfield(result.warped_ct), temporary / "warped_ct.nii.gz")
         write_volume(_labels(result.warped_labels), temporary / "warped_labels.nii.gz")
@@ -66,25 +78,13 @@ def _write_picture(result: Result, path: Path) -> None:
 
 def result_fields(result: Result) -> dict[str, Any]:
     """What result.json holds: plain numbers, lists and texts."""
-    return _plain(
+    return plain(
         {
             "version": VERSION,
             "trusted": result.trusted,
-            "distrust": list(result.distrust),
+            "distrust": result.distrust,
             "anchor": result.anchor,
-            "structures": {
-                name: {
-                    "fixed_to_moving": each.fixed_to_moving,
-                    "motion": {
-                        "rotation_deg": each.rotation_deg,
-                        "translation_mm": each.translation_mm,
-                        "axis": each.axis,
-                    },
-                    **({} if each.centroid is None else {"centroid": each.centroid}),
-                    **({} if each.uncertainty is None else {"uncertainty": dict(each.uncertainty)}),
-                }
-                for name, each in result.structures.items()
-            },
+            "structures": {name: _structure_fields(each) for name, each in result.structures.items()},
             "cameras": [
                 {
                     "name": each.name,
@@ -100,130 +100,121 @@ def result_fields(result: Result) -> dict[str, Any]:
             "seconds": result.seconds,
             "device": result.device,
             "versions": result.versions,
-            "warnings": list(result.warnings),
+            "warnings": result.warnings,
         }
     )
 
 
-def load_result(folder: str | Path) -> Result:
-    """Read a result folder; raises InputError naming the file that is missing or what is wrong with it."""
-    from PolyPoseLib.io.study_schema import parse
+def _structure_fields(structure: StructureResult) -> dict[str, Any]:
+    """One structure of result.json; what was not computed is absent."""
+    fields: dict[str, Any] = {
+        "fixed_to_moving": structure.fixed_to_moving,
+        "motion": {
+            "rotation_deg": structure.rotation_deg,
+            "translation_mm": structure.translation_mm,
+            "axis": structure.axis,
+        },
+    }
+    if structure.centroid is not None:
+        fields["centroid"] = structure.centroid
+    if structure.uncertainty is not None:
+        fields["uncertainty"] = structure.uncertainty
+    return fields
 
+
+def load_result(folder: str | Path) -> Result:
+    """Read a result folder that ``save_result`` or the command line wrote.
+
+    Parameters
+    ----------
+    folder : path
+        The folder with result.json.
+
+    Returns
+    -------
+    Result
+        Without the X-rays' images, masks and first renderings, which the folder does not hold.
+
+    Raises
+    ------
+    InputError
+        A file is missing or damaged; the sentence names it and what is wrong.
+
+    """
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(f"{folder}: there is no such folder; give the --output of a finished registration.")
     path = folder / "result.json"
-    refuse_special_file(path)
-    try:
-        fields = parse(path.read_text(encoding="utf-8"), str(path))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            f"{path}: the file is missing or unreadable: give a folder that register wrote."
-        ) from error
+    fields = parse_object(read_text(path, "a folder that register wrote"), str(path))
     if fields.get("version") != VERSION:
         raise InputError(f"{path}: version {fields.get('version')!r} is not {VERSION}: register again.")
+    record = Record(fields)
     try:
-        structures = {
-            name: _read_structure(each, f'"structures"."{name}"')
-            for name, each in _of_type(fields, "structures", dict).items()
-        }
-        cameras = [
-            _read_camera(each, f'"cameras"[{number}]')
-            for number, each in enumerate(_of_type(fields, "cameras", list))
-        ]
-        rest = {
-            "seconds": {stage: float(each) for stage, each in _of_type(fields, "seconds", dict).items()},
-            "device": _of_type(fields, "device", str),
-            "versions": _of_type(fields, "versions", dict),
-            "warnings": _all_of_type(fields, "warnings", str),
-        }
-        history = _all_of_type(fields, "similarity", dict)
-        distrust = tuple(_all_of_type({"distrust": [], **fields}, "distrust", str))
+        structures = record.required("structures", object_of(_read_structure))
+        cameras = record.required("cameras", list_of(_read_camera))
+        history = record.required("similarity", list_of(object_of(anything)))
+        seconds = record.required("seconds", object_of(real))
+        device = record.required("device", string)
+        versions = record.required("versions", object_of(string))
+        warnings = record.required("warnings", list_of(string))
+        distrust = record.required("distrust", list_of(string)) if "distrust" in fields else []
+        anchor = record.optional("anchor", string) or ""
     except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(
-            f"{path}: a field is missing or of the wrong kind ({error}): register again."
-        ) from error
+        raise InputError(f"{path}: the file is damaged, register again: {error}") from error
     return Result(
         structures=structures,
         cameras=cameras,
         history=history,
-        distrust=distrust,
-        anchor=str(fields.get("anchor", "")),
+        seconds=seconds,
+        device=device,
+        versions=versions,
+        warnings=warnings,
+        distrust=tuple(distrust),
+        anchor=anchor,
         warped_ct=read_volume(folder / "warped_ct.nii.gz"),
         warped_labels=read_volume(folder / "warped_labels.nii.gz"),
         transform=read_transform(folder / "transform.h5"),
         renderings_after=[
             read_volume(folder / f"xray_{number}_drr.nii.gz").voxels[0] for number in range(len(cameras))
         ],
-        **rest,
     )
 
 
-def _read_structure(fields: dict[str, Any], where: str) -> StructureResult:
+def _read_structure(value: Any, place: str) -> StructureResult:
     """One structure of result.json."""
-    motion = fields["motion"]
+    record = Record(value, f"{place}.")
+    motion = record.required("motion", lambda each, where: Record(each, f"{where}."))
     return StructureResult(
-        require_rigid(fields["fixed_to_moving"], f'{where}."fixed_to_moving"'),
-        float(motion["rotation_deg"]),
-        _matrix(motion["translation_mm"], (3,)),
-        _matrix(motion["axis"], (3,)),
-        _read_uncertainty(fields.get("uncertainty"), f'{where}."uncertainty"'),
-        _matrix(fields["centroid"], (3,)) if "centroid" in fields else None,
+        record.required("fixed_to_moving", require_rigid),
+        motion.required("rotation_deg", real_or_nan),
+        motion.required("translation_mm", array(3, finite=False)),
+        motion.required("axis", array(3, finite=False)),
+        record.optional("uncertainty", _read_uncertainty),
+        record.optional("centroid", array(3)),
     )
 
 
-def _read_uncertainty(fields: Any, where: str) -> dict[str, Any] | None:
+def _read_uncertainty(value: Any, place: str) -> dict[str, Any]:
     """A structure's intervals as they are stated, once those that people are shown are known to be numbers."""
-    if fields is None:
-        return None
-    if not isinstance(fields, dict):
-        raise InputError(f"{where} is no object of intervals: register again.")
+    record = Record(value, f"{place}.")
     for name, shape in INTERVALS.items():
-        if name in fields:
-            _matrix(fields[name], shape)  # null, which stands for a number that is not finite, becomes NaN
-    return fields
+        if name in record.fields:
+            record.required(name, array(*shape, finite=False))  # null stands for a number that is not finite
+    return dict(record.fields)
 
 
-def _read_camera(fields: dict[str, Any], where: str) -> CameraResult:
+def _read_camera(value: Any, place: str) -> CameraResult:
     """One camera of result.json."""
-    similarity = fields["similarity"]
+    record = Record(value, f"{place}.")
     camera = Camera(
-        require_intrinsics(fields["K"], f'{where}."K"'),
-        require_rigid(fields["extrinsic"], f'{where}."extrinsic"'),
-        fields["height"],
-        fields["width"],
+        record.required("K", require_intrinsics),
+        record.required("extrinsic", require_rigid),
+        record.required("height", whole_number(1)),
+        record.required("width", whole_number(1)),
     )
     return CameraResult(
-        camera.intrinsics,
-        camera.extrinsic,
-        camera.height,
-        camera.width,
-        float("nan") if similarity is None else float(similarity),
-        str(fields.get("name", "")),
+        camera, record.required("similarity", real_or_nan), record.optional("name", string) or ""
     )
-
-
-def _of_type(fields: dict[str, Any], name: str, kind: type) -> Any:
-    """A field of a type; raises TypeError for another."""
-    if not isinstance(fields[name], kind):
-        raise TypeError(f'"{name}" is {json.dumps(fields[name])[:40]}')
-    return fields[name]
-
-
-def _all_of_type(fields: dict[str, Any], name: str, kind: type) -> list[Any]:
-    """A list whose members are of a type; raises TypeError for others."""
-    values = _of_type(fields, name, list)
-    return [_of_type({name: each}, name, kind) for each in values]
-
-
-def _matrix(value: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """A float64 array of a shape; raises ValueError for another."""
-    array = np.array(value, dtype=np.float64)
-    if array.shape != shape:
-        raise ValueError(f"a matrix has shape {array.shape} in place of {shape}")
-    return array
 
 
 def _hounsfield(ct: Volume) -> Volume:
@@ -248,18 +239,3 @@ def _image_volume(image: np.ndarray, camera: CameraResult) -> Volume:
     focal = camera.intrinsics[0, 0], camera.intrinsics[1, 1]
     affine = np.diag([1000 / focal[0], 1000 / focal[1], 1.0, 1.0])
     return Volume(np.asarray(image, dtype=np.float32)[None], affine)
-
-
-def _plain(value: Any) -> Any:
-    """The same with arrays as lists and numbers that are not finite as null, ready for JSON."""
-    if isinstance(value, dict):
-        return {str(name): _plain(each) for name, each in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(each) for each in value]
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, np.generic):
-        return _plain(value.item())
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,20 @@ from PolyPoseLib.data.truth import Truth
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera, require_intrinsics
 from PolyPoseLib.geometry.rigid import require_rigid
+from PolyPoseLib.io.files import read_text
+from PolyPoseLib.io.json_records import (
+    Record,
+    anything,
+    json_text,
+    list_of,
+    nonempty,
+    object_of,
+    one_of,
+    parse_object,
+    quoted,
+    string,
+    whole_number,
+)
 from PolyPoseLib.io.transforms import read_transform, write_transform
 from PolyPoseLib.io.volumes import read_volume, write_volume
 
@@ -44,23 +57,23 @@ def save_truth(truth: Truth, folder: str | Path) -> Path:
         write_volume(truth.moving_organs, folder / _ORGAN_FILES["moving_organs"])
     fields = {
         "version": VERSION,
-        "structures": {name: truth.fixed_to_moving[name].tolist() for name in truth.names},
+        "structures": {name: truth.fixed_to_moving[name] for name in truth.names},
         "anchor": truth.anchor,
         "cameras": [
             {
-                "intrinsics": camera.intrinsics.tolist(),
-                "extrinsic": camera.extrinsic.tolist(),
+                "intrinsics": camera.intrinsics,
+                "extrinsic": camera.extrinsic,
                 "height": camera.height,
                 "width": camera.width,
             }
             for camera in truth.cameras
         ],
-        "organs": {str(number): name for number, name in truth.organ_names.items()},
+        "organs": truth.organ_names,
         "files": files,
         "statistics": truth.statistics,
         "seed": truth.seed,
     }
-    (folder / TRUTH_FILE).write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
+    (folder / TRUTH_FILE).write_text(json_text(fields), encoding="utf-8")
     return folder
 
 
@@ -70,68 +83,62 @@ def load_truth(folder: str | Path) -> Truth:
     path = folder / TRUTH_FILE
     if not path.is_file():
         raise InputError(f"{folder}: there is no {TRUTH_FILE}; give the truth folder that simulate wrote.")
+    text = read_text(path, "the truth folder that simulate wrote")
+    record = Record(parse_object(text, str(path), allow_nan=True))
     try:
-        fields = _json_object(path)
-        if fields["version"] != VERSION:
-            raise InputError(
-                f"{path}: version {fields['version']} is not {VERSION}; simulate the case again."
-            )
-        files = {kind: folder / Path(name).name for kind, name in fields["files"].items()}
-        poses = {
-            name: require_rigid(_as_floats(pose), f"{path}: structures.{name}")
-            for name, pose in fields["structures"].items()
-        }
-        if fields["anchor"] not in list(poses):
-            raise InputError(f'{path}: "anchor" is none of "structures"; simulate the case again.')
-        cameras = [_read_camera(each, f"{path}: cameras[{n}]") for n, each in enumerate(fields["cameras"])]
-        volumes = {kind: read_volume(files[kind]) for kind in ("fixed_ct", "fixed_labels", "moving_labels")}
-        truth = Truth(
-            names=tuple(poses),
-            anchor=fields["anchor"],
-            fixed_to_moving=poses,
-            cameras=cameras,
-            field=read_transform(files["transform"]),
-            moving_organs=read_volume(files["moving_organs"]) if "moving_organs" in files else None,
-            fixed_organs=read_volume(files["fixed_organs"]) if "fixed_organs" in files else None,
-            organ_names={int(number): name for number, name in fields["organs"].items()},
-            statistics=fields["statistics"],
-            seed=fields["seed"],
-            **volumes,
-        )
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(
-            f"{path}: the field {error} is missing or wrong; simulate the case again."
-        ) from error
+        truth = _read_truth(record, folder)
+    except InputError as error:
+        raise InputError(f"{path}: simulate the case again: {error}") from error
     truth.require_matching_volumes(str(folder))
     return truth
 
 
-def _json_object(path: Path) -> dict[str, Any]:
-    """The object in a truth's JSON file, whose statistics may hold NaN; raises InputError or ValueError."""
-    try:
-        fields = json.loads(path.read_text(encoding="utf-8"))
-    except RecursionError:
-        raise InputError(f"{path}: its objects are nested too deeply; simulate the case again.") from None
-    if not isinstance(fields, dict) or not fields.get("structures"):
-        raise InputError(f"{path}: it holds no structures; simulate the case again.")
-    return fields
+def _read_truth(record: Record, folder: Path) -> Truth:
+    """A truth from its fields and the images beside them."""
+    version = record.required("version", whole_number(1))
+    if version != VERSION:
+        raise InputError(f"version {version} is not {VERSION}.")
+    poses = record.required("structures", object_of(require_rigid))
+    if not poses:
+        raise InputError('"structures" is {}; give at least one structure.')
+    anchor = record.required("anchor", one_of(poses))
+    files = {
+        kind: folder / Path(name).name for kind, name in record.required("files", object_of(nonempty)).items()
+    }
+    for kind in _FILES:
+        if kind not in files:
+            raise InputError(f'"files" lacks "{kind}".')
+    organs = record.required("organs", object_of(string))
+    return Truth(
+        names=tuple(poses),
+        anchor=anchor,
+        fixed_to_moving=poses,
+        cameras=record.required("cameras", list_of(_read_camera)),
+        field=read_transform(files["transform"]),
+        moving_labels=read_volume(files["moving_labels"]),
+        fixed_labels=read_volume(files["fixed_labels"]),
+        fixed_ct=read_volume(files["fixed_ct"]),
+        moving_organs=read_volume(files["moving_organs"]) if "moving_organs" in files else None,
+        fixed_organs=read_volume(files["fixed_organs"]) if "fixed_organs" in files else None,
+        organ_names={_label(number): name for number, name in organs.items()},
+        statistics=record.required("statistics", object_of(anything)),
+        seed=record.required("seed", whole_number(0)),
+    )
 
 
-def _read_camera(fields: dict[str, Any], where: str) -> Camera:
+def _read_camera(value: Any, place: str) -> Camera:
     """One camera of a truth; raises InputError that says where."""
-    intrinsics = require_intrinsics(_as_floats(fields["intrinsics"]), f"{where}.intrinsics")
-    extrinsic = require_rigid(_as_floats(fields["extrinsic"]), f"{where}.extrinsic")
-    try:
-        return Camera(intrinsics, extrinsic, fields["height"], fields["width"])
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from error
+    record = Record(value, f"{place}.")
+    return Camera(
+        record.required("intrinsics", require_intrinsics),
+        record.required("extrinsic", require_rigid),
+        record.required("height", whole_number(1)),
+        record.required("width", whole_number(1)),
+    )
 
 
-def _as_floats(value: Any) -> np.ndarray:
-    """An array of floats; raises ValueError for all else, whole numbers of hundreds of digits included."""
-    try:
-        return np.array(value, dtype=np.float64)
-    except OverflowError as error:
-        raise ValueError(f"with a whole number that is too large ({error})") from error
+def _label(number: str) -> int:
+    """The label that names a field of "organs"; raises InputError when it is no number."""
+    if not (number.isascii() and number.isdigit() and len(number) < 20):
+        raise InputError(f'"organs" names {quoted(number)}, which is no label.')
+    return int(number)

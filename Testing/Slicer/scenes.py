@@ -129,11 +129,12 @@ def result(
     from PolyPoseLib.data.displacement_field import DisplacementField
     from PolyPoseLib.data.result import CameraResult, Result, StructureResult
     from PolyPoseLib.data.volume import Volume
+    from PolyPoseLib.geometry.camera import Camera
 
     matrix = affine() if ct_affine is None else ct_affine
     pose = rotation((0, 0, 1), 10.0)
     pose[:3, 3] = (1.0, 2.0, 3.0)
-    intrinsics, extrinsic = camera_matrix()
+    camera = Camera(*camera_matrix(), 40, 30)
     drawn = [np.full((40, 30), 0.5 + n, np.float32) for n in range(2)]
     interval = {"level": 0.95, "along_mm": 0.4, "across_mm": [0.1, 0.2], "covariance": [[1.0, 0.0]]}
     return Result(
@@ -141,7 +142,7 @@ def result(
             "pelvis": StructureResult.from_pose(np.eye(4), np.array([10.0, -20.0, 30.0])),
             "femur": StructureResult.from_pose(pose, np.array([30.0, -20.0, 20.0]), interval),
         },
-        cameras=[CameraResult(intrinsics, extrinsic, 40, 30, 0.9 - n / 10, f"view{n}") for n in range(2)],
+        cameras=[CameraResult(camera, 0.9 - n / 10, f"view{n}") for n in range(2)],
         history=[{"stage": "joint", "iteration": n, "similarity": 0.1 * n} for n in range(9)],
         seconds={"joint": 1.5},
         device="cpu",

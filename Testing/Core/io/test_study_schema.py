@@ -3,7 +3,7 @@
 import pytest
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io import study_schema
+from PolyPoseLib.io.json_records import parse_object
 
 
 @pytest.mark.parametrize(
@@ -21,11 +21,11 @@ from PolyPoseLib.io import study_schema
 )
 def test_what_computers_do_not_hold_is_refused(value, words):
     with pytest.raises(InputError, match=words) as caught:
-        study_schema.parse(f'{{"comment": {value}}}', "study.json")
+        parse_object(f'{{"comment": {value}}}', "study.json")
     assert str(caught.value).startswith("study.json: ") and len(str(caught.value)) < 200
 
 
 def test_numbers_and_nests_of_any_study_are_read():
     text = '{"a": [[[{"b": [1, -2.5, 1e300, 123456789012345678901234567890]}]]]}'
-    numbers = study_schema.parse(text, "x")["a"][0][0][0]["b"]
+    numbers = parse_object(text, "x")["a"][0][0][0]["b"]
     assert numbers == [1, -2.5, 1e300, 123456789012345678901234567890] and isinstance(numbers[0], int)

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.result import CameraResult, Result, StructureResult
 from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.geometry.camera import Camera
 
 FILES = {
     "result.json", "transform.h5", "warped_ct.nii.gz", "warped_labels.nii.gz", "xray_0_drr.nii.gz",
@@ -34,7 +35,7 @@ def make_result(seed=0, views=2) -> Result:
             "femur": StructureResult.from_pose(random_pose(rng), rng.uniform(-50, 50, 3), uncertainty),
         },
         cameras=[
-            CameraResult(intrinsics, random_pose(rng), 40, 60, float(rng.random()), f"view {n}")
+            CameraResult(Camera(intrinsics, random_pose(rng), 40, 60), float(rng.random()), f"view {n}")
             for n in range(views)
         ],
         history=[{"stage": "bones", "iteration": n, "similarity": 0.5 + 0.01 * n} for n in range(20)],
