@@ -47,14 +47,13 @@ def parse_json(text: str, name: str, allow_nan: bool = False) -> Any:
         are nested too deeply.
 
     """
-    constants = {} if allow_nan else {"parse_constant": _refuse_constant}
     try:
         value = json.loads(
             text,
             object_pairs_hook=_unique_fields,
             parse_float=_finite_float,
             parse_int=_short_integer,
-            **constants,
+            parse_constant=float if allow_nan else _refuse_constant,
         )
         _check_depth(value)
     except json.JSONDecodeError as error:
@@ -313,7 +312,7 @@ def _unique_fields(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return fields
 
 
-def _refuse_constant(constant: str) -> None:
+def _refuse_constant(constant: str) -> float:
     """NaN and Infinity are no JSON."""
     raise InputError(f"it holds {constant}, which is no number: give a finite number.")
 
