@@ -19,7 +19,7 @@ from PolyPoseLib.io.transforms import preview_writer
 from PolyPoseLib.registration.bones.joint import fit_structures
 from PolyPoseLib.registration.bones.rejection import inconsistency_warnings, inconsistent_structures
 from PolyPoseLib.registration.cameras.initial import Regressor
-from PolyPoseLib.registration.cameras.multistart import FoundCamera, find_camera_near
+from PolyPoseLib.registration.cameras.multistart import RefinedCamera, find_camera_near
 from PolyPoseLib.registration.cameras.study import CameraRefiner, StudyCameras, find_study_cameras
 from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.fit.problem import JointResult
@@ -99,11 +99,11 @@ def _camera_refiner(
 ) -> CameraRefiner:
     """The method by which the preset refines single cameras."""
 
-    def published(measured: Observation, source_to_detector_mm: float, stage: str) -> FoundCamera:
+    def published(measured: Observation, source_to_detector_mm: float, stage: str) -> RefinedCamera:
         camera = find_camera_by_anchor(study.ct, scene, measured, backend, monitor, stage)
-        return FoundCamera(camera, float("nan"), sure=True)
+        return RefinedCamera(camera, float("nan"), sure=True)
 
-    def default(measured: Observation, source_to_detector_mm: float, stage: str) -> FoundCamera:
+    def default(measured: Observation, source_to_detector_mm: float, stage: str) -> RefinedCamera:
         levels = preset.camera_levels
         return find_camera_near(scene, measured, levels, source_to_detector_mm, backend, monitor, stage)
 

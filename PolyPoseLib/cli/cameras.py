@@ -1,10 +1,11 @@
-"""Subcommand cameras: find a first camera for every X-ray of a study and write it into the study."""
+"""Subcommand cameras: find an initial camera for every X-ray of a study and write it into the study."""
 
 from __future__ import annotations
 
 import argparse
-import json
 import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +15,10 @@ from PolyPoseLib.cli._destinations import check_json_destinations
 from PolyPoseLib.data.found_camera import camera_report
 from PolyPoseLib.errors import InputError, UntrustedResultError
 from PolyPoseLib.io.files import replaced_whole
+from PolyPoseLib.io.json_records import json_text
 
 if TYPE_CHECKING:
-    from PolyPoseLib.data.found_camera import InitialCamera
+    from PolyPoseLib.data.found_camera import FoundCamera
     from PolyPoseLib.data.study import Study
     from PolyPoseLib.data.xray import Xray
 
@@ -41,11 +43,16 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--output", type=Path, metavar="FILE", help="write here, in the study's folder, instead of into STUDY"
     )
-    parser.add_argument("--again", action="store_true", help="also where the study gives a guess already")
     parser.add_argument(
-        "--keep-doubtful",
+        "--again", action="store_true", help="also where the study gives an initial camera already"
+    )
+    parser.add_argument(
+        "--keep-uncertain",
         action="store_true",
-        help="write cameras that are not sure, too; the exit status stays 3",
+        help="also write cameras that are uncertain; the exit status stays 3",
+    )
+    parser.add_argument(  # the option's name in earlier versions
+        "--keep-doubtful", dest="keep_uncertain", action="store_true", help=argparse.SUPPRESS
     )
     parser.add_argument(
         "--model",
@@ -57,7 +64,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--report",
         type=Path,
         metavar="FILE",
-        help="also write what was found, doubtful or not, as JSON for other programs",
+        help="also write what was found, uncertain or not, as JSON for other programs",
     )
     parser.add_argument(
         "--allow-outside", action="store_true", help="read files outside the study's folder if it names them"
@@ -68,53 +75,55 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Find and write; raises UntrustedResultError after writing when a camera is not sure."""
-    from PolyPoseLib.data.study import Study
+    """Find and write; raises UntrustedResultError after writing when a camera is uncertain."""
     from PolyPoseLib.io import study_schema
+    from PolyPoseLib.io.studies import load_study
 
     output = arguments.output or arguments.study
     if output.resolve().parent != arguments.study.resolve().parent:
         raise InputError(f"{output}: the study's paths start from its folder: choose a file in that folder.")
     fields = study_schema.read(arguments.study)
     check_json_destinations(arguments.study, fields, output, arguments.report)
-    study = Study.load(arguments.study, allow_outside=arguments.allow_outside)
+    study = load_study(arguments.study, allow_outside=arguments.allow_outside)
     wanted = [
         n
         for n, (entry, xray) in enumerate(zip(fields["xrays"], study.xrays, strict=True))
         if xray.camera != "known" and (arguments.again or entry.get("extrinsic") is None)
     ]
     if not wanted:
-        _LOG.info("Every X-ray has a camera already; add --again to look for them anew.")
+        _LOG.info("Every X-ray has a camera already; add --again to find them anew.")
         return 0
-    guesses = _find(study, wanted, arguments)
-    for number, guess in guesses.items():
-        if guess.sure or arguments.keep_doubtful:
-            _enter(fields["xrays"][number], guess, study.xrays[number].mirrored)
+    names = [xray.name or f"X-ray {n + 1}" for n, xray in enumerate(study.xrays)]
+    found = _find(study, wanted, arguments)
+    for number, camera in found.items():
+        if camera.sure or arguments.keep_uncertain:
+            _enter(fields["xrays"][number], camera)
     if arguments.report is not None:  # first: what fails here leaves the study as it was
-        write_json(camera_report(study, guesses), arguments.report, "--report")
+        report = camera_report([xray.name for xray in study.xrays], found)
+        write_json(report, arguments.report, "--report")
     write_json(fields, output, "--output")
     if arguments.progress != "json":
-        print(camera_table(study, guesses))
-    doubtful = [study.xrays[n].name or str(n + 1) for n, guess in guesses.items() if not guess.sure]
-    if doubtful:
-        kept = "written all the same" if arguments.keep_doubtful else "not written"
+        print(camera_table(names, found))
+    uncertain = [names[n] for n, camera in found.items() if not camera.sure]
+    if uncertain:
+        kept = "written all the same" if arguments.keep_uncertain else "not written"
         raise UntrustedResultError(
-            f'The camera of {", ".join(doubtful)} is doubtful and was {kept}: give "landmarks" or "standard_view", or '
-            "look at it."
+            f'The camera of {", ".join(uncertain)} is uncertain and was {kept}: give "landmarks" or "standard_view", '
+            "or check it by eye."
         )
     return 0
 
 
-def camera_table(study: Study, guesses: dict[int, InitialCamera]) -> str:
+def camera_table(names: Sequence[str], found: Mapping[int, FoundCamera]) -> str:
     """What was found, for people."""
     rows = [
         (
-            study.xrays[n].name or f"X-ray {n + 1}",
-            "yes" if guess.sure else "no",
-            f"{guess.radius[0]:.0f} deg, {guess.radius[1]:.0f} mm",
-            guess.how,
+            names[n],
+            "yes" if camera.sure else "no",
+            f"{camera.within[0]:.0f} deg, {camera.within[1]:.0f} mm",
+            camera.how,
         )
-        for n, guess in guesses.items()
+        for n, camera in found.items()
     ]
     return table(("X-ray", "sure", "within", "how"), rows)
 
@@ -123,13 +132,13 @@ def write_json(fields: dict[str, Any], path: Path, option: str) -> None:
     """Write a file whole or not at all; raises InputError, naming the option, when the system refuses."""
     try:
         with replaced_whole(path) as temporary:
-            temporary.write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
+            temporary.write_text(json_text(fields), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror}): choose another {option}.") from error
 
 
-def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dict[int, InitialCamera]:
-    """Guesses for the X-rays ``wanted``, by number."""
+def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dict[int, FoundCamera]:
+    """Cameras of the X-rays ``wanted``, by number."""
     from PolyPoseLib.data.options import Options
     from PolyPoseLib.data.progress import Monitor
     from PolyPoseLib.data.xray import place_isocenter
@@ -143,7 +152,7 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
     backend = select_backend(options.kernel, resolve_device(options.device), options.threads)
     display = progress_display(arguments.progress)
     monitor = Monitor(display, None)
-    guesses = {}
+    cameras: dict[int, FoundCamera] = {}
     try:
         model = camera_regressor(study, arguments.model or options.camera_model)
         scene = Scene(study.ct, study.structures, study.anchor)
@@ -156,23 +165,25 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
             method = _method(group[0], arguments, model is not None)
             found = initial_rig_cameras(scene, group, backend, monitor, stage, method, model)
             monitor.step(stage, 1, 1, found[0].similarity)
-            guesses |= {n: guess for n, guess in zip(numbers, found, strict=True) if n in wanted}
-            for warning in dict.fromkeys(line for guess in found for line in guess.warnings):
+            for n, camera in zip(numbers, found, strict=True):
+                if n in wanted:
+                    cameras[n] = replace(camera, mirrored=xrays[n].mirrored)
+            for warning in dict.fromkeys(line for camera in found for line in camera.warnings):
                 _LOG.warning(warning)
     finally:
         display.close()
-    return guesses
+    return cameras
 
 
 def _method(xray: Xray, arguments: argparse.Namespace, has_model: bool) -> str:
-    """The method asked for; "auto" with --again takes no guess that the study gives."""
+    """The method asked for; "auto" with --again ignores the initial camera that the study gives."""
     if arguments.method != "auto" or not arguments.again or xray.initial_radius is not None:
         return arguments.method
     return "landmarks" if xray.landmarks is not None else "learned" if has_model else "search"
 
 
-def _enter(entry: dict[str, Any], guess: InitialCamera, mirrored: bool) -> None:
+def _enter(entry: dict[str, Any], found: FoundCamera) -> None:
     """Put a camera into an X-ray's entry; the extrinsic belongs to the view from the source."""
-    entry["extrinsic"] = guess.camera.extrinsic.tolist()
+    entry["extrinsic"] = found.extrinsic.tolist()
     entry["camera"] = "initial"
-    entry["mirrored"] = mirrored
+    entry["mirrored"] = found.mirrored

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from PolyPoseLib.errors import CancelledError
+from PolyPoseLib.errors import CancelledError, InputError
 
 
 class Monitor:
@@ -78,14 +78,38 @@ class Progress:
     seconds: float
     preview: str | None = None
 
+    @property
+    def fraction(self) -> float:
+        """Share of the stage that is done, 0 to 1; 0 while it is not known how long the stage is."""
+        return min(max(self.iteration / self.of, 0.0), 1.0) if self.of > 0 else 0.0
+
+    @classmethod
+    def from_json(cls, line: str) -> Progress:
+        """Read what ``to_json`` wrote, whatever further fields it holds; raises InputError for any other text."""
+        try:
+            fields = json.loads(line)
+            similarity, preview = fields.get("similarity"), fields.get("preview")
+            return cls(
+                stage=str(fields["stage"]),
+                iteration=int(fields["iteration"]),
+                of=int(fields["of"]),
+                similarity=None if similarity is None or not math.isfinite(similarity) else float(similarity),
+                seconds=float(fields.get("seconds", 0.0)),
+                preview=preview if isinstance(preview, str) else None,
+            )
+        except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError) as error:
+            raise InputError("This line is no step of a run as --progress json writes it.") from error
+
     def to_json(self) -> str:
         """One JSON object on one line; similarity is null where it is unknown or not finite."""
-        known = self.similarity is not None and math.isfinite(self.similarity)
+        similarity = None
+        if self.similarity is not None and math.isfinite(self.similarity):
+            similarity = round(float(self.similarity), 6)
         fields: dict[str, object] = {
             "stage": self.stage,
             "iteration": int(self.iteration),
             "of": int(self.of),
-            "similarity": round(float(self.similarity), 6) if known else None,
+            "similarity": similarity,
             "seconds": round(float(self.seconds), 3),
         }
         if self.preview is not None:

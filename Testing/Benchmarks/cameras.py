@@ -156,14 +156,15 @@ def find(
         guess = initial_camera(scene, xray, backend, monitor, "camera")
     except PolyPoseError as error:
         return {"sure": False, "error_mm": None, "seconds": time.perf_counter() - start, "how": str(error)}
-    measured = Observation(xray.image, xray.mask, guess.camera)
+    first = guess.camera_of(xray)
+    measured = Observation(xray.image, xray.mask, first)
     camera = find_camera(scene, measured, PRESETS["default"].camera_levels, backend, monitor, "camera")
-    errors = [projection_error_mm(points, true, each) for each in (guess.camera, camera)]
-    first, last = (float(np.mean(np.nan_to_num(error, nan=1e3))) for error in errors)
+    errors = [projection_error_mm(points, true, each) for each in (first, camera)]
+    before, after = (float(np.mean(np.nan_to_num(error, nan=1e3))) for error in errors)
     return {
         "sure": guess.sure,
-        "error_mm": last,
-        "guess_mm": first,
+        "error_mm": after,
+        "guess_mm": before,
         "seconds": time.perf_counter() - start,
         "cpu_seconds": time.process_time() - used,
         "similarity": guess.similarity,

@@ -184,7 +184,7 @@ class Comparison:
         except (PolyPoseError, IndexError) as error:
             return {"failed": str(error), "error_mm": None, "refined_mm": None}
         seconds, cpu_seconds = time.perf_counter() - start, _cpu_seconds() - used
-        camera = found if isinstance(found, Camera) else found.camera
+        camera = found if isinstance(found, Camera) else true.with_extrinsic(found.extrinsic)
         start_at = Observation(measured.image, measured.mask, camera)
         levels = PRESETS["default"].camera_levels
         refined = find_camera(self.scene, start_at, levels, self.backend, Monitor(None, None), "camera")

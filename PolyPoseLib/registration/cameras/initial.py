@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from PolyPoseLib.data.found_camera import InitialCamera
+from PolyPoseLib.data.found_camera import FoundCamera
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError, UntrustedResultError
@@ -76,7 +76,7 @@ def initial_camera(
     stage: str,
     method: str = "auto",
     model: Regressor | None = None,
-) -> InitialCamera:
+) -> FoundCamera:
     """A camera for an X-ray whose camera is not known, from which stage A can start.
 
     Args:
@@ -110,8 +110,7 @@ def initial_camera(
             'give it with --model or as the option "camera_model".'
         )
     if method == "auto" and xray.extrinsic is not None and not guessed:
-        camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)
-        return InitialCamera(camera, True, GIVEN_RADIUS, "the guess given in the study")
+        return FoundCamera(xray.extrinsic, True, GIVEN_RADIUS, "the guess given in the study")
     if method == "landmarks" or (method == "auto" and xray.landmarks is not None):
         return landmark_camera(scene, xray, backend, monitor, stage)
     if guessed and method != "search":
@@ -125,7 +124,7 @@ def initial_camera(
 
 def learned_camera(
     scene: Scene, xray: Xray, model: Regressor, backend: Backend, monitor: Monitor, stage: str
-) -> InitialCamera:
+) -> FoundCamera:
     """A regressor's answers, refined and judged as those of a search are."""
     starts = model.starts(xray)
     rng = np.random.default_rng(0)
@@ -137,7 +136,7 @@ def learned_camera(
 
 def _learned_or_searched(
     scene: Scene, xray: Xray, model: Regressor, backend: Backend, monitor: Monitor, stage: str
-) -> InitialCamera:
+) -> FoundCamera:
     """The regressor's camera; when it is doubtful, perhaps a better one by search."""
     learned = learned_camera(scene, xray, model, backend, monitor, stage)
     if learned.sure:
@@ -146,9 +145,7 @@ def _learned_or_searched(
     return searched if (searched.similarity or 0.0) > (learned.similarity or 0.0) else learned
 
 
-def landmark_camera(
-    scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str
-) -> InitialCamera:
+def landmark_camera(scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str) -> FoundCamera:
     """The camera that landmarks give; where they leave too much open, the best one within their radius."""
     landmarks = xray.landmarks
     detector = Camera(xray.intrinsics, np.eye(4), *xray.image.shape)
@@ -165,12 +162,12 @@ def landmark_camera(
         hypotheses = find_cameras(scene, measured, searched, backend, monitor, stage)
         return scored_camera(hypotheses, f"{used}, then searched", xray.name)
     warnings = (f'The camera of X-ray "{xray.name}" is doubtful: {"; ".join(said)}.',) if said else ()
-    return InitialCamera(found.camera, not said, radius, used, (*warnings, *_outliers(found, xray.name)))
+    return FoundCamera(
+        found.camera.extrinsic, not said, radius, used, (*warnings, *_outliers(found, xray.name))
+    )
 
 
-def searched_camera(
-    scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str
-) -> InitialCamera:
+def searched_camera(scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str) -> FoundCamera:
     """Search around the X-ray's standard view, or in all directions when it has none."""
     view = xray.standard_view
     searched = SearchRange.around_view(view, xray.source_to_detector_mm)
@@ -182,7 +179,7 @@ def searched_camera(
     return scored_camera(found, how, xray.name)
 
 
-def scored_camera(found: Sequence[Hypothesis], how: str, name: str) -> InitialCamera:
+def scored_camera(found: Sequence[Hypothesis], how: str, name: str) -> FoundCamera:
     """The best of several hypotheses with its doubts; raises UntrustedResultError when there is none."""
     if not found:
         raise UntrustedResultError(
@@ -196,12 +193,14 @@ def scored_camera(found: Sequence[Hypothesis], how: str, name: str) -> InitialCa
     warnings = (f'The camera of X-ray "{name}" is doubtful: {"; ".join(said)}; {mend}.',) if said else ()
     runner = "" if second is None else f", the next best {second:.2f}"
     how = f"{how}: similarity {best.similarity:.2f}{runner}"
-    return InitialCamera(best.camera, not said, SEARCHED_RADIUS, how, warnings, best.similarity, second)
+    return FoundCamera(
+        best.camera.extrinsic, not said, SEARCHED_RADIUS, how, warnings, best.similarity, second
+    )
 
 
 def _around_dicom(
     scene: Scene, xray: Xray, backend: Backend, monitor: Monitor, stage: str, fall_back: bool
-) -> InitialCamera:
+) -> FoundCamera:
     """The best camera within the radius of DICOM's guess; when it is doubtful, perhaps a better one elsewhere."""
     placed = xray.placed_at(scene.anchor_centre)
     start = Camera(xray.intrinsics, placed.extrinsic, *xray.image.shape)

@@ -28,7 +28,7 @@ _BEST_KEPT, _BEST_APART_MM = 2, 2.0
 
 
 @dataclass(frozen=True)
-class FoundCamera:
+class RefinedCamera:
     """camera: refined through all levels; similarity: local correlation around the anchor; sure: whether it may be
     believed.
     """
@@ -46,7 +46,7 @@ def find_camera_near(
     backend: Backend,
     monitor: Monitor,
     stage: str,
-) -> FoundCamera:
+) -> RefinedCamera:
     """The camera near the guess ``measured.camera``.
 
     A least-squares fit ends in the nearest valley, which a few degrees of error may make the wrong one: the guess and
@@ -64,7 +64,7 @@ def find_camera_near(
         best = max([best, *found[:1]], key=lambda hypothesis: hypothesis.worth)
     placed = measured.with_camera(best.camera)
     camera = find_camera(scene, placed, levels[len(stages) :], backend, monitor, stage)
-    return FoundCamera(camera, best.similarity, convincing(best))
+    return RefinedCamera(camera, best.similarity, convincing(best))
 
 
 def convincing(best: Hypothesis) -> bool:

@@ -10,7 +10,7 @@ from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.cameras.coarse_search import compared_points
 from PolyPoseLib.registration.cameras.hypotheses import is_plausible, score_camera
-from PolyPoseLib.registration.cameras.multistart import TURN_DEG, FoundCamera, turned_about
+from PolyPoseLib.registration.cameras.multistart import TURN_DEG, RefinedCamera, turned_about
 from PolyPoseLib.registration.cameras.refine import anchor_region
 from PolyPoseLib.registration.fit.levels import Level, Observation, view_at
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
@@ -59,7 +59,7 @@ def find_rig_near(
     backend: Backend,
     monitor: Monitor,
     stage: str,
-) -> list[FoundCamera]:
+) -> list[RefinedCamera]:
     """The cameras of a rig near their guesses, as :func:`find_camera_near` finds one: from turns of the whole rig."""
     points = compared_points(scene)
     relative = relative_poses([m.camera.extrinsic for m in measured])
@@ -74,7 +74,7 @@ def find_rig_near(
         score_camera(scene, m.with_camera(camera), levels[-1], points, backend)
         for m, camera in zip(measured, found, strict=True)
     ]
-    return [FoundCamera(each.camera, each.similarity, is_plausible(each)) for each in judged]
+    return [RefinedCamera(each.camera, each.similarity, is_plausible(each)) for each in judged]
 
 
 def relative_poses(extrinsics: Sequence[np.ndarray]) -> list[np.ndarray]:

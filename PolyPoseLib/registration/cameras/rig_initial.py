@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from PolyPoseLib.data.found_camera import InitialCamera
+from PolyPoseLib.data.found_camera import FoundCamera
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError, UntrustedResultError
@@ -30,7 +30,7 @@ def initial_rig_cameras(
     stage: str,
     method: str = "auto",
     model: Regressor | None = None,
-) -> list[InitialCamera]:
+) -> list[FoundCamera]:
     """A first camera for an X-ray that stands by itself, or for each of one rig, with the rig's relative pose.
 
     Of a rig: a camera that is known stays, and places those that are not. Otherwise each X-ray is asked for a guess,
@@ -63,21 +63,23 @@ def initial_rig_cameras(
         placed = placed_rig(blank, relative, first)
         return [_known(m.camera, xray, xrays[known].name) for m, xray in zip(placed, xrays, strict=True)]
     guesses = _asked(scene, xrays, backend, monitor, stage, method, model)
-    candidates = [(n, guess.camera.extrinsic) for n, guess in guesses]
+    candidates = [(n, guess.extrinsic) for n, guess in guesses]
     best, cameras = best_for_rig(scene, blank, relative, candidates, SCORING_LEVEL, backend)
     number, guess = guesses[best]
     how = f'{guess.how}; placed by the rig with "{xrays[number].name}"'
     return [
-        replace(guess, camera=camera, how=guess.how if n == number else how)
+        replace(guess, extrinsic=camera.extrinsic, how=guess.how if n == number else how)
         for n, camera in enumerate(cameras)
     ]
 
 
-def _known(placed: Camera, xray: Xray, other: str) -> InitialCamera:
+def _known(placed: Camera, xray: Xray, other: str) -> FoundCamera:
     """The X-ray's own camera when it is known, or else where the rig with a known one puts it."""
     if xray.camera == "known":
-        return InitialCamera(placed.with_extrinsic(xray.extrinsic), True, (0.0, 0.0), "known")
-    return InitialCamera(placed, True, (0.0, 0.0), f'placed by the rig with "{other}", whose camera is known')
+        return FoundCamera(xray.extrinsic, True, (0.0, 0.0), "known")
+    return FoundCamera(
+        placed.extrinsic, True, (0.0, 0.0), f'placed by the rig with "{other}", whose camera is known'
+    )
 
 
 def _asked(
@@ -88,9 +90,9 @@ def _asked(
     stage: str,
     method: str,
     model: Regressor | None,
-) -> list[tuple[int, InitialCamera]]:
+) -> list[tuple[int, FoundCamera]]:
     """(number, guess) of the X-rays, until one is sure; raises the first error when none has a guess."""
-    guesses: list[tuple[int, InitialCamera]] = []
+    guesses: list[tuple[int, FoundCamera]] = []
     errors: list[Exception] = []
     for n, xray in enumerate(xrays):
         try:

@@ -12,7 +12,7 @@ from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.xray import Xray, place_isocenter
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.cameras.initial import Regressor, initial_camera
-from PolyPoseLib.registration.cameras.multistart import FoundCamera
+from PolyPoseLib.registration.cameras.multistart import RefinedCamera
 from PolyPoseLib.registration.cameras.rig import find_rig_near
 from PolyPoseLib.registration.cameras.rig_initial import initial_rig_cameras
 from PolyPoseLib.registration.fit.levels import Observation
@@ -36,7 +36,7 @@ class StudyCameras:
 class CameraRefiner(Protocol):
     """Refines one X-ray's camera by the anchor, as one method does it."""
 
-    def __call__(self, measured: Observation, source_to_detector_mm: float, stage: str) -> FoundCamera:
+    def __call__(self, measured: Observation, source_to_detector_mm: float, stage: str) -> RefinedCamera:
         """The camera near ``measured.camera``; stage: name in the progress."""
         ...
 
@@ -112,7 +112,7 @@ class _Finder:
             self._keep(n, xray, Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape))
             return
         guess = initial_camera(self.scene, xray, self.backend, self.monitor, stage, model=self.model)
-        first = self._keep(n, xray, guess.camera)
+        first = self._keep(n, xray, guess.camera_of(xray))
         self.warnings.extend(guess.warnings)
         if not self.options.refine_cameras:
             return
@@ -125,7 +125,8 @@ class _Finder:
         """The X-rays of one rig."""
         guesses = initial_rig_cameras(self.scene, xrays, self.backend, self.monitor, stage, model=self.model)
         placed = [
-            self._keep(n, xray, guess.camera) for n, xray, guess in zip(numbers, xrays, guesses, strict=True)
+            self._keep(n, xray, guess.camera_of(xray))
+            for n, xray, guess in zip(numbers, xrays, guesses, strict=True)
         ]
         self.warnings.extend(dict.fromkeys(line for guess in guesses for line in guess.warnings))
         if any(xray.camera == "known" for xray in xrays) or not self.options.refine_cameras:
@@ -142,7 +143,7 @@ class _Finder:
         return measured
 
 
-def _doubt(name: str, near: FoundCamera) -> str:
+def _doubt(name: str, near: RefinedCamera) -> str:
     return (
         f'The camera of X-ray "{name}" is doubtful: its rendering of the anchor explains it badly (local correlation '
         f"{near.similarity:.2f}); look at it, or give a better guess, landmarks or a mask."

@@ -7,9 +7,8 @@ import pytest
 import SimpleITK as sitk
 
 from PolyPoseLib.__main__ import main
-from PolyPoseLib.data.found_camera import InitialCamera
+from PolyPoseLib.data.found_camera import FoundCamera
 from PolyPoseLib.data.volume import Volume
-from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.io.volumes import write_volume
 from PolyPoseLib.registration.cameras import rig_initial as rig_initial
 
@@ -43,14 +42,13 @@ def study(tmp_path):
 
 @pytest.fixture
 def asked(monkeypatch):
-    """Guesses that take no time; (name of the X-ray, method) of each, and whether they are sure."""
+    """Initial cameras that take no time; (name of the X-ray, method) of each, and whether they are sure."""
     calls = {"asked": [], "sure": True}
 
     def guess(scene, xray, backend, monitor, stage, method="auto", model=None):
         calls["asked"].append((xray.name, method))
-        camera = Camera(xray.intrinsics, FOUND, *xray.image.shape)
-        return InitialCamera(
-            camera, calls["sure"], (2, 10), "as told", () if calls["sure"] else ("doubtful",), 0.8, 0.3
+        return FoundCamera(
+            FOUND, calls["sure"], (2, 10), "as told", () if calls["sure"] else ("uncertain",), 0.8, 0.3
         )
 
     monkeypatch.setattr(rig_initial, "initial_camera", guess)
@@ -79,14 +77,16 @@ def test_again_looks_for_all_of_them(study, asked):
     assert asked["asked"] == [("ap", "search"), ("side", "search")]
 
 
-def test_doubtful_cameras_are_written_only_on_request(study, asked, capsys):
+def test_uncertain_cameras_are_written_only_on_request(study, asked, capsys):
     asked["sure"] = False
     before = study.read_text()
     assert run(study) == 3
     assert json.loads(study.read_text()) == json.loads(before)
-    assert "side is doubtful and was not written" in capsys.readouterr().err
-    assert run(study, "--keep-doubtful") == 3
-    assert json.loads(study.read_text())["xrays"][1]["extrinsic"] == FOUND.tolist()
+    assert "side is uncertain and was not written" in capsys.readouterr().err
+    for option in ("--keep-uncertain", "--keep-doubtful"):  # the second is its earlier name
+        study.write_text(before)
+        assert run(study, option) == 3
+        assert json.loads(study.read_text())["xrays"][1]["extrinsic"] == FOUND.tolist()
 
 
 def test_another_file_in_the_same_folder(study, asked, tmp_path):
@@ -112,7 +112,7 @@ def test_the_report_tells_what_was_found_and_how_sure_it_is(study, asked, tmp_pa
     (camera,) = found["cameras"]
     assert (camera["number"], camera["name"], camera["sure"]) == (1, "side", False)
     assert (camera["similarity"], camera["runner_up"], camera["within"]) == (0.8, 0.3, [2, 10])
-    assert camera["how"] == "as told" and camera["warnings"] == ["doubtful"] and camera["mirrored"] is False
+    assert camera["how"] == "as told" and camera["warnings"] == ["uncertain"] and camera["mirrored"] is False
     np.testing.assert_array_equal(camera["extrinsic"], FOUND)
     assert run(study, "--report", str(tmp_path / "nowhere" / "found.json")) == 2
 

@@ -9,7 +9,7 @@ import pytest
 import SimpleITK as sitk
 
 from PolyPoseLib.__main__ import main
-from PolyPoseLib.data.found_camera import InitialCamera
+from PolyPoseLib.data.found_camera import FoundCamera
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.io.camera_models import load_model
 from PolyPoseLib.io.volumes import write_volume
@@ -113,7 +113,7 @@ def refined(monkeypatch):
 
     def learned(scene, xray, model, backend, monitor, stage):
         asked.append(model.model.validation_mm)
-        return InitialCamera(model.predict(xray)[0], True, (2, 10), model.how, (), 0.8, 0.2)
+        return FoundCamera(model.predict(xray)[0].extrinsic, True, (2, 10), model.how, (), 0.8, 0.2)
 
     monkeypatch.setattr(initial, "learned_camera", learned)
     return asked
@@ -131,9 +131,7 @@ def test_auto_takes_a_model_only_when_it_is_given(study, model, refined, monkeyp
 
     def search(scene, xray, backend, monitor, stage):
         searched.append(xray.name)
-        return InitialCamera(
-            initial.Camera(xray.intrinsics, np.eye(4), *xray.image.shape), True, (2, 10), "searched"
-        )
+        return FoundCamera(np.eye(4), True, (2, 10), "searched")
 
     monkeypatch.setattr(initial, "searched_camera", search)
     assert run("cameras", study) == 0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from PolyPoseLib.data.found_camera import InitialCamera
+from PolyPoseLib.data.found_camera import FoundCamera
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.xray import RigPose
 from PolyPoseLib.errors import InputError, UntrustedResultError
@@ -133,11 +133,11 @@ def test_an_x_ray_that_shows_nothing_is_placed_by_another(simulated, scene, stud
     def guess(scene, xray, backend, monitor, stage, method, model):
         if xray.name == study.xrays[0].name:
             raise UntrustedResultError("nothing shows")
-        return InitialCamera(true[1], True, (2, 10), "searched")
+        return FoundCamera(true[1].extrinsic, True, (2, 10), "searched")
 
     monkeypatch.setattr(rig_initial, "initial_camera", guess)
     found = initial_rig_cameras(scene, study.xrays, select_backend(), Monitor(None, None), "rig")
-    np.testing.assert_allclose(found[0].camera.extrinsic, true[0].extrinsic, atol=1e-9)
+    np.testing.assert_allclose(found[0].extrinsic, true[0].extrinsic, atol=1e-9)
     assert "placed by the rig" in found[0].how and found[1].how == "searched"
 
 
