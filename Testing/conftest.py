@@ -1,8 +1,17 @@
-"""Sample data for all tests: taken from the cache, fetched only where POLYPOSE_FETCH_SAMPLES asks for it."""
+"""What all tests share: sample data, and how hypothesis draws examples.
+
+Samples are taken from the cache and fetched only where POLYPOSE_FETCH_SAMPLES asks for it. Hypothesis draws the same
+examples every time; ``--hypothesis-profile explore`` draws many others.
+"""
 
 import os
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("seeded", derandomize=True, deadline=None, max_examples=40, database=None)
+settings.register_profile("explore", deadline=None, max_examples=2000)
+settings.load_profile("seeded")
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:

@@ -24,6 +24,9 @@ FOCAL_RANGE_PX = (0.01, 1e9)
 MAX_OFFSET_PX = 1e9
 """Largest skew and principal point of intrinsics, either way."""
 
+REVIEW_PIXELS = 200
+"""Longer side of an image at review size: small enough to be rendered while a slider moves."""
+
 
 def focal_length_px(
     source_to_detector_mm: float, pixel_spacing_mm: float | Sequence[float]
@@ -181,10 +184,6 @@ class Camera:
         pixels = np.stack([column, row, np.ones_like(row)], axis=-1).astype(np.float64)
         return pixels @ (self.extrinsic[:3, :3].T @ self.inverse_intrinsics).T
 
-    def magnification_mm_per_px(self, point: ArrayLike) -> np.ndarray:
-        """Millimetres per pixel, parallel to the detector at the depth of world points (..., 3); (...,)."""
-        return self.depth(point) / np.sqrt(self.intrinsics[0, 0] * self.intrinsics[1, 1])
-
     def with_extrinsic(self, extrinsic: ArrayLike) -> Camera:
         """Return the same detector at another pose (4, 4); raises InputError when it is not rigid."""
         return replace(self, extrinsic=extrinsic)
@@ -225,6 +224,36 @@ class Camera:
         intrinsics[0, 2] -= col0
         intrinsics[1, 2] -= row0
         return Camera(intrinsics, self.extrinsic, row1 - row0, col1 - col0)
+
+
+def review_camera(camera: Camera, pixels: int = REVIEW_PIXELS) -> tuple[Camera, int]:
+    """A camera binned so that the longer side of its image has at most about so many pixels.
+
+    Parameters
+    ----------
+    camera : Camera
+        Of the whole image.
+    pixels : int
+        Wanted length of the longer side, 1 or more.
+
+    Returns
+    -------
+    Camera
+        Of the binned image; see :meth:`Camera.binned`.
+    int
+        The binning factor, 1 or more.
+
+    Raises
+    ------
+    InputError
+        `pixels` is below 1.
+
+    """
+    if pixels < 1:
+        raise InputError(f"The review size is {pixels}: give a number of pixels of 1 or more.")
+    factor = max(1, -(-max(camera.height, camera.width) // pixels))
+    factor = min(factor, camera.height, camera.width)
+    return camera.binned(factor), factor
 
 
 def require_intrinsics(matrix: ArrayLike, where: str = "intrinsics") -> np.ndarray:

@@ -25,7 +25,6 @@ Every extrinsic made here is an initial guess: a patient is not where the stand 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -255,60 +254,8 @@ def carm_angles(extrinsic: ArrayLike, patient_position: str = "HFS") -> CArmAngl
     return CArmAngles(float(primary), float(secondary), float(turn))
 
 
-def iec_extrinsic(
-    gantry_deg: float,
-    source_to_axis_mm: float,
-    isocenter: ArrayLike = (0.0, 0.0, 0.0),
-    patient_position: str = "HFS",
-    *,
-    couch_deg: float = 0.0,
-    receptor_deg: float = 0.0,
-) -> np.ndarray:
-    """Extrinsic of a linear accelerator's portal or on-board image, the beam's eye view (IEC 61217).
-
-    Args:
-        gantry_deg: gantry angle (300A,011E).
-        source_to_axis_mm: distance from the source to the isocentre, SAD (3002,0022).
-        isocenter: (3,) LPS mm (300A,012C).
-        patient_position: one of PATIENT_POSITIONS (0018,5100).
-        couch_deg: patient support angle (300A,0122).
-        receptor_deg: X-ray image receptor angle (3002,000E).
-
-    Returns:
-        (4, 4) world LPS to camera.
-
-    Raises:
-        InputError: a number out of range or an unknown patient position.
-
-    """
-    to_patient = equipment_to_patient(patient_position)
-    columns, rows, beam = (to_patient @ axis for axis in iec_axes(gantry_deg, couch_deg, receptor_deg))
-    return view_from_axes(columns, rows, beam, source_to_axis_mm, isocenter)[0]
-
-
 def with_isocenter(extrinsic: ArrayLike, old: ArrayLike, new: ArrayLike) -> np.ndarray:
     """Extrinsic (4, 4) that sees the point `new` exactly as `extrinsic` sees `old` (both (3,), LPS mm)."""
     moved = require_rigid(extrinsic)
     moved[:3, 3] += moved[:3, :3] @ (np.asarray(old, np.float64) - np.asarray(new, np.float64))
     return moved
-
-
-def centred_principal_point(
-    height: int,
-    width: int,
-    pixel_spacing_mm: Sequence[float],
-    detector_shift_mm: Sequence[float] = (0.0, 0.0),
-) -> tuple[float, float]:
-    """Principal point (column, row) in pixels of a detector whose centre lies off the beam's axis.
-
-    Args:
-        height: rows of the image.
-        width: columns of the image.
-        pixel_spacing_mm: (between rows, between columns), DICOM's order.
-        detector_shift_mm: how far the image's centre lies from the axis (along the columns, down the rows).
-
-    """
-    return (
-        (width - 1) / 2 - detector_shift_mm[0] / pixel_spacing_mm[1],
-        (height - 1) / 2 - detector_shift_mm[1] / pixel_spacing_mm[0],
-    )

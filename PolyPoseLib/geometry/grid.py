@@ -37,7 +37,14 @@ class Grid:
         factors = block_factors(self.affine, target_mm)
         if max(factors) == 1:
             return self
-        return Grid(_block_mean(self.voxels, factors), coarsened_affine(self.affine, factors))
+        return Grid(block_mean(self.voxels, factors), coarsened_affine(self.affine, factors))
+
+    def without_zeros(self) -> Grid:
+        """The smallest box that holds all voxels that are not zero; one voxel when there are none."""
+        box = bounding_box(self.voxels) or (slice(0, 1),) * 3
+        affine = self.affine.copy()
+        affine[:3, 3] += affine[:3, :3] @ [part.start for part in reversed(box)]
+        return Grid(self.voxels[box], affine)
 
     def padded(self) -> Grid:
         """The same with a border of zeros, one voxel wide."""
@@ -62,7 +69,7 @@ def coarsened_affine(affine: np.ndarray, factors: tuple[int, int, int]) -> np.nd
     return coarse
 
 
-def _block_mean(voxels: np.ndarray, factors: tuple[int, int, int], outside: float = 0.0) -> np.ndarray:
+def block_mean(voxels: np.ndarray, factors: tuple[int, int, int], outside: float = 0.0) -> np.ndarray:
     """Block means in slabs, so that no second copy of a large volume is made."""
     fi, fj, fk = factors
     if max(factors) == 1:
@@ -77,7 +84,7 @@ def _block_mean(voxels: np.ndarray, factors: tuple[int, int, int], outside: floa
     return means
 
 
-def _block_centres(labels: np.ndarray, factors: tuple[int, int, int]) -> np.ndarray:
+def block_centres(labels: np.ndarray, factors: tuple[int, int, int]) -> np.ndarray:
     """The label of the voxel in each block's middle."""
     fi, fj, fk = factors
     depth, height, width = (-(-n // f) for n, f in zip(labels.shape, (fk, fj, fi), strict=True))

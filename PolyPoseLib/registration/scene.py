@@ -7,7 +7,7 @@ from scipy.ndimage import find_objects
 
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
-from PolyPoseLib.geometry.grid import Grid, _block_centres, _block_mean, block_factors, coarsened_affine
+from PolyPoseLib.geometry.grid import Grid, block_centres, block_factors, block_mean, coarsened_affine
 from PolyPoseLib.registration.articulations import find_articulations
 from PolyPoseLib.rendering.rigid import Body
 from PolyPoseLib.warp.composition import fill_structures, grow_regions
@@ -33,8 +33,8 @@ class Scene:
         self.ct_affine = ct.affine
         factors = block_factors(ct.affine, working_mm)
         affine = coarsened_affine(ct.affine, factors)
-        hounsfield = _block_mean(ct.voxels, factors, outside=-1000.0)
-        labels = _block_centres(structures.labels, factors)
+        hounsfield = block_mean(ct.voxels, factors, outside=-1000.0)
+        labels = block_centres(structures.labels, factors)
         spacing = np.linalg.norm(affine[:3, :3], axis=0)
         self.owners = grow_regions(hounsfield, labels, spacing)
         self._boxes = find_objects(self.owners, max_label=len(self.names))

@@ -60,12 +60,6 @@ class Body:
         return occupied_blocks(self.voxels)
 
 
-def mask_centroid(mask: np.ndarray, affine: np.ndarray) -> np.ndarray:
-    """Centroid (3,) in LPS mm of a boolean mask (D, H, W)."""
-    index = np.array(np.nonzero(mask)[::-1], float).mean(axis=1)
-    return affine[:3, :3] @ index + affine[:3, 3]
-
-
 @dataclass(frozen=True)
 class BodyProjection:
     """The part of an image that a body covers.

@@ -1,4 +1,4 @@
-"""How alike two X-ray images are: normalised cross-correlations, and mutual information (torch).
+"""How alike two X-ray images are: normalised cross-correlations (torch).
 
 Every measure takes images (B, H, W), compares them pair by pair and returns (B,), higher for more alike; it is
 differentiable in both images and does not change when an image's gain (above 0) or offset does. A mask (B, H, W)
@@ -13,13 +13,11 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 from torch.nn.functional import avg_pool2d, max_pool2d
-from torch.utils.checkpoint import checkpoint
 
 PATCH_FLOOR = 1e-5
 """Local variance, as a share of the image's variance, below which a patch counts as flat and its score fades."""
 
 _FLAT = 1e-20  # variance over squared mean that rounding alone can leave
-_PIXELS_AT_ONCE = 1 << 16
 
 
 def ncc(a: Tensor, b: Tensor, mask: Tensor | None = None) -> Tensor:
@@ -110,35 +108,6 @@ def gmncc(a: Tensor, b: Tensor, mask: Tensor | None = None) -> Tensor:
     return 0.5 * multiscale + 0.5 * gradient_ncc(a, b, 11, mask)
 
 
-def mutual_information(a: Tensor, b: Tensor, mask: Tensor | None = None, bins: int = 32) -> Tensor:
-    """Mutual information from a joint histogram with cubic B-spline Parzen windows.
-
-    Each image is scaled from its own least and greatest value in use to the histogram (P. Thevenaz and
-    M. Unser, "Optimization of mutual information for multiresolution image registration", IEEE TIP 2000).
-
-    Args:
-        a: (B, H, W) images.
-        b: (B, H, W) images.
-        mask: (B, H, W) or (H, W) bool, True = use; all pixels when None.
-        bins: bins per image, 5 or more.
-
-    Returns:
-        (B,) nats, 0 for independent images.
-
-    Raises:
-        ValueError: shapes that do not fit, or too few bins.
-
-    """
-    a, b, mask = _checked(a, b, mask)
-    if bins < 5:
-        raise ValueError(f"bins is {bins}; give 5 or more.")
-    positions = [_histogram_position(image, mask, bins) for image in (a, b)]
-    joints = [_joint_histogram(*pair, bins) for pair in zip(*positions, mask, strict=True)]
-    joint = torch.stack(joints) / _count(mask)
-    entropies = [_entropy(joint.sum(2)), _entropy(joint.sum(1)), _entropy(joint.flatten(1))]
-    return (entropies[0] + entropies[1] - entropies[2]).to(a.dtype)
-
-
 def _patch_ncc(a: Tensor, b: Tensor, size: int, mask: Tensor) -> Tensor:
     """patch_ncc in float64 without checks."""
     x, y = _standardised(a, mask), _standardised(b, mask)
@@ -183,56 +152,6 @@ def _standardised(image: Tensor, mask: Tensor) -> Tensor:
 def _count(mask: Tensor) -> Tensor:
     """Pixels in use (B, 1, 1) float64, at least 1."""
     return mask.sum((1, 2), keepdim=True).clamp(min=1).double()
-
-
-def _histogram_position(image: Tensor, mask: Tensor, bins: int) -> Tensor:
-    """Positions (B, H, W) from 1 to bins - 2, between which cubic B-splines on 0..bins-1 sum to 1."""
-    infinity = torch.tensor(torch.inf, dtype=torch.float64, device=image.device)
-    least = torch.where(mask, image.double(), infinity).amin((1, 2), keepdim=True)
-    greatest = torch.where(mask, image.double(), -infinity).amax((1, 2), keepdim=True)
-    flat = ~(greatest > least)
-    extent = torch.where(flat, torch.ones_like(least), greatest - least)
-    usable = mask & ~flat
-    values = torch.where(usable, image.double() - torch.where(flat, torch.zeros_like(least), least), 0.0)
-    return 1 + values / extent * (bins - 3)
-
-
-def _joint_histogram(position_a: Tensor, position_b: Tensor, mask: Tensor, bins: int) -> Tensor:
-    """Joint histogram (bins, bins) of two images (H, W) over the mask, in chunks that backward makes again."""
-    pairs = torch.stack([position_a[mask], position_b[mask]])
-    joint = torch.zeros(bins, bins, dtype=pairs.dtype, device=pairs.device)
-    for chunk in pairs.split(_PIXELS_AT_ONCE, dim=1):
-        joint = joint + checkpoint(_joint_of_chunk, chunk, bins, use_reentrant=False)
-    return joint
-
-
-def _joint_of_chunk(pair: Tensor, bins: int) -> Tensor:
-    """Joint histogram (bins, bins) of positions (2, N)."""
-    first = pair.detach().floor().clamp(max=bins - 3)
-    windows = _cubic_spline_weights(pair - first)
-    index = (first.long() - 1)[..., None] + torch.arange(4, device=pair.device)
-    spread = windows.new_zeros(*pair.shape, bins).scatter(-1, index, windows)
-    return spread[0].T @ spread[1]
-
-
-def _cubic_spline_weights(t: Tensor) -> Tensor:
-    """Weights (..., 4) of the cubic B-splines centred at -1, 0, 1 and 2 for positions t (...) in [0, 1]."""
-    rest, squared = 1 - t, t * t
-    cubed = squared * t
-    return torch.stack(
-        [
-            rest * rest * rest,
-            4 - 6 * squared + 3 * cubed,
-            1 + 3 * t + 3 * squared - 3 * cubed,
-            cubed,
-        ],
-        dim=-1,
-    ).div(6)
-
-
-def _entropy(probability: Tensor) -> Tensor:
-    """Entropy (B,) in nats of distributions (B, N)."""
-    return -(probability * probability.clamp(min=1e-300).log()).sum(1)
 
 
 def _checked(a: Tensor, b: Tensor, mask: Tensor | None) -> tuple[Tensor, Tensor, Tensor]:

@@ -10,7 +10,7 @@ import slicer
 from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import PolyPoseError
-from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.camera import REVIEW_PIXELS, Camera, review_camera
 
 from ..process.renderer import Renderer
 from ..scene import xray_views
@@ -20,9 +20,6 @@ from ..scene.compare import Mode, compared, shrunk
 from ..scene.frames import flip_vectors
 from ..study.parameters import PolyPoseParameterNode, structures_of
 from .xrays import XraysPart
-
-REVIEW_PIXELS = 200
-"""Longer side of the live rendering."""
 
 _SLIDERS = {
     "carmPrimary": "primary_deg",
@@ -179,9 +176,8 @@ class CarmPart:
             return
         try:
             camera = self._camera()
-            small = Camera(camera.intrinsics, camera.extrinsic, camera.height, camera.width)
-            factor = max(1, -(-max(camera.height, camera.width) // REVIEW_PIXELS))
-            small = small.binned(factor)
+            whole = Camera(camera.intrinsics, camera.extrinsic, camera.height, camera.width)
+            small, _factor = review_camera(whole)
         except PolyPoseError as error:
             self._ui.carmStatus.text = str(error)
             return

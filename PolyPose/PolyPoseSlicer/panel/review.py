@@ -28,6 +28,9 @@ FLICKER_MS = 400
 RESIZED_MS = 100
 """New views get their final size about this long after the layout has changed."""
 
+BEFORE_PIXELS = 400
+"""Longer side, at most, of the CT rendered as it was scanned."""
+
 _OVERLAY_OPACITY = 0.55
 
 
@@ -263,10 +266,10 @@ class ReviewPart:
             return
         camera = picture.camera
         try:
-            from PolyPoseLib.geometry.camera import Camera
+            from PolyPoseLib.geometry.camera import Camera, review_camera
 
-            small = Camera(camera.intrinsics, camera.extrinsic, camera.height, camera.width)
-            small = small.binned(max(1, max(camera.height, camera.width) // 300))
+            whole = Camera(camera.intrinsics, camera.extrinsic, camera.height, camera.width)
+            small, _factor = review_camera(whole, BEFORE_PIXELS)
         except PolyPoseError as error:
             self._ui.reviewState.text = str(error)
             return

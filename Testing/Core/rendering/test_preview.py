@@ -16,10 +16,9 @@ import pytest
 from PolyPoseLib.__main__ import main
 from PolyPoseLib.cli import render as command
 from PolyPoseLib.data.volume import Volume
-from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera, look_at
 from PolyPoseLib.io.volumes import write_volume
-from PolyPoseLib.rendering.preview import PreviewRenderer, block_mean, review_camera
+from PolyPoseLib.rendering.preview import PreviewRenderer
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -42,26 +41,6 @@ def test_the_middle_ray_sees_the_water() -> None:
     assert image.shape == (40, 50)
     assert image[19, 24] == pytest.approx(20 * 0.02, rel=0.03)
     assert image[0, 0] == 0
-
-
-def test_block_mean_keeps_mass_and_centre() -> None:
-    rng = np.random.default_rng(1)
-    voxels = rng.random((7, 9, 10)).astype(np.float32)
-    affine = np.diag([1.0, 2.0, 1.2, 1.0])
-    mean, coarse = block_mean(voxels, affine, 2.5)
-    assert mean.shape == (4, 9, 5)
-    assert mean.sum() * 4 == pytest.approx(voxels.sum(), rel=1e-5)
-    np.testing.assert_allclose(coarse @ [0, 0, 0, 1], affine @ [0.5, 0, 0.5, 1])
-
-
-def test_review_camera_is_small_and_sees_the_same() -> None:
-    big = Camera([[5000, 0, 500], [0, 5000, 400], [0, 0, 1]], np.eye(4), 801, 1001)
-    small, factor = review_camera(big, 200)
-    assert max(small.height, small.width) <= 200
-    point = np.array([10.0, 5.0, 700.0])
-    np.testing.assert_allclose((small.project(point) + 0.5) * factor - 0.5, big.project(point))
-    with pytest.raises(InputError):
-        review_camera(big, 0)
 
 
 def request(number: int, output: Path, **changes) -> str:

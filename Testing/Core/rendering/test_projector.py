@@ -105,7 +105,7 @@ def test_a_voxel_cube_lands_on_its_pixel(view, flip):
     rows, columns = np.indices(image.shape)
     found = np.array([(image * columns).sum(), (image * rows).sum()]) / image.sum()
     np.testing.assert_allclose(found, camera.project(middle[:3]), atol=0.02)
-    magnification = camera.magnification_mm_per_px(middle[:3])
+    magnification = camera.depth(middle[:3]) / camera.intrinsics[0, 0]
     assert image.sum() * magnification**2 == pytest.approx(27 * 8, rel=1e-2)
 
 

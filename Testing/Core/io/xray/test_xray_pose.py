@@ -8,7 +8,7 @@ from xray_samples import dataset, random_pixels, save
 from PolyPoseLib.data.xray import place_isocenter
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.geometry.carm import carm_extrinsic, equipment_to_patient, iec_extrinsic
+from PolyPoseLib.geometry.carm import carm_extrinsic, equipment_to_patient, iec_axes, view_from_axes
 from PolyPoseLib.io.xray.read import read_xray
 
 
@@ -186,7 +186,8 @@ def test_a_portal_image_is_the_beams_eye_view(tmp_path):
         RTImagePlane="NORMAL",
     )
     xray = read(tmp_path, ds)
-    truth = iec_extrinsic(35, 1000, (10, 20, 30), "FFS", couch_deg=10, receptor_deg=5)
+    axes = (equipment_to_patient("FFS") @ axis for axis in iec_axes(35, couch_deg=10, receptor_deg=5))
+    truth, _ = view_from_axes(*axes, 1000, (10, 20, 30))
     np.testing.assert_allclose(xray.extrinsic, truth, atol=1e-9)
     assert not xray.mirrored
     ds.RTImageOrientation = [-1, 0, 0, 0, -1, 0]
