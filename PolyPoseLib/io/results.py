@@ -39,12 +39,32 @@ REPORT = "report.png"
 """The picture; a result may lack it."""
 
 
-def save_result(result: Result, folder: Path, overwrite: bool) -> Path:
-    """Write every file of a result; raises InputError and leaves nothing behind when one cannot be
-    written.
+def save_result(result: Result, folder: str | Path, overwrite: bool = False) -> Path:
+    """Write the folder of a result, all of it or nothing.
 
-    A picture that cannot be drawn is left out with a warning: it is no reason to lose hours of computation.
+    A report that cannot be drawn is left out with a warning: it is no reason to lose hours of computation.
+
+    Parameters
+    ----------
+    result : Result
+        Of a registration.
+    folder : path
+        To write; absent, empty, or with ``overwrite`` an earlier result.
+    overwrite : bool
+        Whether an earlier result is replaced.
+
+    Returns
+    -------
+    Path
+        The folder.
+
+    Raises
+    ------
+    InputError
+        The folder holds something else, or the system refuses to write; nothing is left behind.
+
     """
+    folder = Path(folder)
     with whole_folder(folder, overwrite) as temporary:
         (temporary / "result.json").write_text(json_text(result_fields(result)), encoding="utf-8")
         write_transform(result.transform, temporary / "transform.h5")
