@@ -46,6 +46,11 @@ def test_type_checkers_are_told_what_python_does():
     assert declared == {name: getattr(PolyPoseLib, name) for name in PolyPoseLib.__all__ if name != "__version__"}
 
 
+def test_the_page_of_the_api_lists_every_public_name():
+    page = (Path(__file__).parents[2] / "docs/python-api.md").read_text(encoding="utf-8")
+    assert not [name for name in PolyPoseLib.__all__ if name != "__version__" and f"`{name}`" not in page]
+
+
 def test_unknown_names_are_refused_as_python_does_it():
     with pytest.raises(AttributeError, match="no attribute 'registr'"):
         PolyPoseLib.registr  # noqa: B018
