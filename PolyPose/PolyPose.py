@@ -254,6 +254,6 @@ class PolyPoseTest(ScriptedLoadableModuleTest):
             (self_test.test_registration, (PolyPoseLogic(),)),
         )
         for test, needs in tests:
-            self.delayDisplay(test.__doc__.splitlines()[0])
+            self.delayDisplay((test.__doc__ or test.__name__).splitlines()[0])
             test(self, *needs)
             slicer.mrmlScene.Clear()

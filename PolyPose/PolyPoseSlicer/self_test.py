@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 import slicer
 
-from .scene.cameras import SceneCamera, set_camera
+from PolyPoseLib.geometry.camera import Camera
+
+from .scene.cameras import set_camera
 from .scene.frames import flip_affine, flip_map, flip_vectors, to_vtk
 from .scene.motions import motion_rows, motions_of
 from .study.xray_source import XraySource
@@ -82,7 +84,7 @@ def _phantom_at(points: np.ndarray, motion: np.ndarray) -> tuple[np.ndarray, np.
     return np.where(labels > 0, 900.0, np.where(body, 30.0, -1000.0)), labels
 
 
-def _cameras() -> list[SceneCamera]:
+def _cameras() -> list[Camera]:
     """Two views at right angles, nearly."""
     focal, middle = SOURCE_TO_DETECTOR_MM / PIXEL_MM, (PIXELS - 1) / 2
     intrinsics = np.array([[focal, 0, middle], [0, focal, middle], [0, 0, 1.0]])
@@ -94,20 +96,17 @@ def _cameras() -> list[SceneCamera]:
         extrinsic = np.eye(4)
         extrinsic[:3, :3] = [np.cross(rows, away), rows, away]
         extrinsic[2, 3] = SOURCE_TO_CENTRE_MM
-        cameras.append(SceneCamera(intrinsics, extrinsic, PIXELS, PIXELS))
+        cameras.append(Camera(intrinsics, extrinsic, PIXELS, PIXELS))
     return cameras
 
 
-def _add_xray(number: int, camera: SceneCamera, motion: np.ndarray) -> XraySource:
+def _add_xray(number: int, camera: Camera, motion: np.ndarray) -> XraySource:
     """The phantom's line integrals as a volume node, and its camera as a transform node."""
-    column, row = np.meshgrid(np.arange(PIXELS), np.arange(PIXELS))
-    pixels = np.stack([column, row, np.ones_like(row)], axis=-1).astype(np.float64)
-    rays = pixels @ np.linalg.inv(camera.intrinsics).T @ camera.extrinsic[:3, :3]
-    source = -camera.extrinsic[:3, :3].T @ camera.extrinsic[:3, 3]
+    rays = camera.pixel_directions()
     image = np.zeros((PIXELS, PIXELS), np.float32)
     length = np.linalg.norm(rays, axis=-1)
     for depth in np.arange(SOURCE_TO_CENTRE_MM - 130, SOURCE_TO_CENTRE_MM + 130, _STEP_MM):
-        hu, _labels = _phantom_at(source + depth * rays, motion)
+        hu, _labels = _phantom_at(camera.source + depth * rays, motion)
         image += (1 + hu / 1000) * _ATTENUATION_OF_WATER * _STEP_MM * length
     node = slicer.util.addVolumeFromArray(image[None], name=f"PolyPose phantom X-ray {number + 1}")
     node.SetSpacing(PIXEL_MM, PIXEL_MM, 1.0)

@@ -184,6 +184,17 @@ class Camera:
         pixels = np.stack([column, row, np.ones_like(row)], axis=-1).astype(np.float64)
         return pixels @ (self.extrinsic[:3, :3].T @ self.inverse_intrinsics).T
 
+    def plane_at(self, depth_mm: float) -> np.ndarray:
+        """From (column, row, slice, 1) to world mm, (4, 4), of an image on the plane at a depth along the axis.
+
+        The slice axis points away from the source and is as long as a pixel is wide.
+        """
+        to_camera = np.eye(4)
+        to_camera[:3, :2] = self.inverse_intrinsics[:, :2] * depth_mm
+        to_camera[:3, 2] = (0.0, 0.0, np.linalg.norm(to_camera[:3, 0]))
+        to_camera[:3, 3] = self.inverse_intrinsics[:, 2] * depth_mm
+        return np.linalg.inv(self.extrinsic) @ to_camera
+
     def with_extrinsic(self, extrinsic: ArrayLike) -> Camera:
         """Return the same detector at another pose (4, 4); raises InputError when it is not rigid."""
         return replace(self, extrinsic=extrinsic)

@@ -12,7 +12,6 @@ import numpy as np
 import scenes
 import slicer
 from PolyPoseSlicer.scene import landmark_lists, pixel_frames, xray_views
-from PolyPoseSlicer.scene.cameras import SceneCamera
 from PolyPoseSlicer.study import landmark_fit
 from PolyPoseSlicer.study.camera_source import CameraSource
 from PolyPoseSlicer.study.xray_reading import read_source
@@ -46,7 +45,7 @@ class FrameTest(SlicerTestCase):
             for _ in range(4):
                 picture = xray_views.XrayPicture(
                     "AP",
-                    SceneCamera(
+                    Camera(
                         camera.intrinsics,
                         landmark_case.random_camera(rng).extrinsic,
                         camera.height,

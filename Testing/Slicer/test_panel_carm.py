@@ -20,6 +20,8 @@ from PolyPoseSlicer.scene.nodes import read_volume
 from PolyPoseSlicer.study import parameters
 from slicer_case import SlicerTestCase
 
+from PolyPoseLib.geometry.camera import Camera
+
 LIVE_SECONDS = 0.150
 
 SLOW_RENDERER = """
@@ -90,14 +92,14 @@ class RenderClientTest(SlicerTestCase):
         client = self.client(SLOW_RENDERER)
         self.run_until(client, lambda _images: client.ready)
         for _ in range(100):
-            client.ask(np.eye(3), np.eye(4), 4, 5)
+            client.ask(Camera(np.eye(3), np.eye(4), 4, 5))
         images = self.run_until(client, lambda _images: not client.busy)
         self.assertEqual([int(each[0, 0]) for each in images], [1, 100])
         self.assertLess(client.seconds, 0.3)
 
     def test_a_process_that_ends_is_one_sentence(self) -> None:
         client = self.client("print('polypose: no memory is left', file=sys.stderr)\nsys.exit(1)")
-        client.ask(np.eye(3), np.eye(4), 4, 5)
+        client.ask(Camera(np.eye(3), np.eye(4), 4, 5))
         self.run_until(client, lambda _images: client.error)
         self.assertIn("no memory is left", client.error)
 
@@ -106,7 +108,7 @@ class RenderClientTest(SlicerTestCase):
             "print('rubbish'); print('[1]')\nprint(json.dumps({'ready': True}), flush=True)\n"
             "sys.stdin.readline()\nprint(json.dumps({'id': 1, 'error': 'too large'}), flush=True)\ntime.sleep(60)"
         )
-        client.ask(np.eye(3), np.eye(4), 4, 5)
+        client.ask(Camera(np.eye(3), np.eye(4), 4, 5))
         self.run_until(client, lambda _images: client.error)
         self.assertEqual(client.error, "too large")
 

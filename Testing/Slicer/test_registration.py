@@ -16,7 +16,7 @@ import vtk
 from PolyPoseSlicer.process import registration
 from PolyPoseSlicer.process.registration import State
 from PolyPoseSlicer.scene import frames
-from PolyPoseSlicer.scene.cameras import camera_of
+from PolyPoseSlicer.scene.cameras import camera_of, similarity_of
 from PolyPoseSlicer.scene.motions import motions_of
 from PolyPoseSlicer.study.results import OutputNodes
 from registration_case import GIVE_RESULT, RegistrationCase
@@ -96,7 +96,7 @@ class OutputTest(RegistrationCase):
             camera = camera_of(node)
             np.testing.assert_allclose(camera.extrinsic, extrinsic, atol=1e-6)
             np.testing.assert_allclose(camera.intrinsics, intrinsics)
-            self.assertAlmostEqual(camera.similarity, 0.9 - number / 10)
+            self.assertAlmostEqual(similarity_of(node), 0.9 - number / 10)
         # The source lies in front of the patient: anterior is +y in RAS.
         self.assertGreater(slicer.util.arrayFromTransformMatrix(nodes.cameras[0])[1, 3], 700)
 

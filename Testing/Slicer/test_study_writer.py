@@ -10,13 +10,14 @@ import numpy as np
 import scenes
 import slicer
 from PolyPoseSlicer.scene import frames, motions
-from PolyPoseSlicer.scene.cameras import SceneCamera, camera_of, set_camera
+from PolyPoseSlicer.scene.cameras import camera_of, set_camera
 from PolyPoseSlicer.study.loading import structure_centroids
 from PolyPoseSlicer.study.writer import read_study, write_study
 from PolyPoseSlicer.study.xray_source import XraySource
 from slicer_case import SlicerTestCase
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.camera import Camera
 
 GEOMETRY = {"source_to_detector_mm": 1000.0, "intensity": "line_integral"}
 
@@ -60,7 +61,7 @@ class StudyTest(SlicerTestCase):
         ct = scenes.add_ct()
         intrinsics, extrinsic = scenes.camera_matrix()
         node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode")
-        set_camera(node, SceneCamera(intrinsics, extrinsic, 40, 30))
+        set_camera(node, Camera(intrinsics, extrinsic, 40, 30))
         fields = {"intrinsics": intrinsics.tolist(), "camera": "known", "intensity": "line_integral"}
         study = self.load(
             ct,
@@ -80,7 +81,7 @@ class StudyTest(SlicerTestCase):
     def test_a_camera_under_a_parent_is_where_it_is_shown(self) -> None:
         intrinsics, extrinsic = scenes.camera_matrix()
         node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode")
-        set_camera(node, SceneCamera(intrinsics, extrinsic, 40, 30))
+        set_camera(node, Camera(intrinsics, extrinsic, 40, 30))
         placed = scenes.rotation((0, 0, 1), 90.0)
         node.SetAndObserveTransformNodeID(scenes.add_transform(placed).GetID())
         expected = extrinsic @ np.linalg.inv(frames.flip_map(placed))
@@ -170,15 +171,14 @@ class MotionTest(SlicerTestCase):
         shift = back[:3, :3] @ centroid + back[:3, 3] - centroid
         np.testing.assert_allclose(frames.flip_vectors(rows["a"].translation_mm), shift)
 
-    def test_they_outlive_the_table_and_can_be_copied(self) -> None:
+    def test_they_outlive_the_table(self) -> None:
         given = {name: self.motion(seed, 20.0) for seed, name in enumerate(("a", 'b,"c"'))}
         table = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLTableNode")
         motions.fill_motion_table(table, given)
         for name, motion in motions.motions_of(table).items():
             np.testing.assert_array_equal(motion.matrix, given[name].matrix)
-        lines = motions.table_as_text(table, ",").splitlines()
-        self.assertEqual(len(lines), 3)
-        self.assertTrue(lines[2].startswith('"b,""c""",20,'), lines[2])
+        self.assertEqual(table.GetNumberOfRows(), 2)
+        self.assertEqual([table.GetCellText(1, column) for column in range(2)], ['b,"c"', "20"])
         self.assertEqual(motions.motions_of(None), {})
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,12 +12,13 @@ import slicer
 from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import CancelledError, PolyPoseError
+from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS
 
 from ..process.camera_run import CameraRun
 from ..process.dependencies import ensure_dependencies
 from ..process.study_run import State
-from ..scene.cameras import CAMERA_ATTRIBUTE, SceneCamera, set_camera
+from ..scene.cameras import CAMERA_ATTRIBUTE, set_camera
 from ..study.camera_finding import CameraFinding
 from ..study.camera_source import CameraSource
 from ..study.parameters import (
@@ -35,6 +36,15 @@ from .xrays import XraysPart
 
 POLL_MS = 50
 _CAMERA_SOURCES = tuple(CameraSource)
+
+
+@dataclass(frozen=True)
+class _Search:
+    """A search under way: of which X-rays, as they were, of which parameter node."""
+
+    run: CameraRun
+    parameters: PolyPoseParameterNode
+    sources: list[XraySource]
 
 
 class CameraPart:
@@ -56,8 +66,7 @@ class CameraPart:
         self._ui, self._logic, self._requirements = ui, logic, requirements
         self._xrays, self._look_at, self._settle = xrays, look_at, settle
         self._parameters: PolyPoseParameterNode | None = None
-        self._run: CameraRun | None = None
-        self._asked: tuple[PolyPoseParameterNode, list[XraySource]] | None = None
+        self._search: _Search | None = None
         self._showing = False
         self._timer = qt.QTimer()
         self._timer.interval = POLL_MS
@@ -86,7 +95,7 @@ class CameraPart:
     @property
     def running(self) -> bool:
         """Whether a search is under way."""
-        return self._run is not None
+        return self._search is not None
 
     def show(self, parameters: PolyPoseParameterNode | None) -> None:
         """Another parameter node, another X-ray, or one of them changed."""
@@ -99,7 +108,7 @@ class CameraPart:
         ui.cameraWay.currentIndex = _CAMERA_SOURCES.index(way)
         ui.standardView.currentIndex = max(0, ui.standardView.findText(fields.get("standard_view") or ""))
         show_path(ui.calibrationFile, str(fields.get("calibration") or ""))
-        show_path(ui.cameraModel, camera_model_of(parameters) if parameters is not None else "")
+        show_path(ui.cameraModel, self._model())
         ui.rigName.text = str(fields.get("rig") or "")
         self._showing = False
         for name in ("cameraWay", "standardView", "calibrationFile", "cameraModel", "rigName"):
@@ -116,8 +125,8 @@ class CameraPart:
 
     def press(self) -> None:
         """The button: find the camera of the selected X-ray, or cancel."""
-        if self._run is not None:
-            self._run.cancel()
+        if self._search is not None:
+            self._search.run.cancel()
             self._show_buttons()
         elif self._xrays.number >= 0:
             self.find([self._xrays.number])
@@ -129,6 +138,9 @@ class CameraPart:
     def find(self, rows: list[int]) -> None:
         """Look for the cameras of some X-rays, by the way of each."""
         self._say("")
+        parameters = self._parameters
+        if parameters is None:
+            return
         if not rows:
             self._say(_("Every X-ray has a camera to start from."))
             return
@@ -136,11 +148,11 @@ class CameraPart:
         rows = with_rigs(self._xrays.sources, rows)
         try:
             ensure_dependencies(self._requirements)
-            self._run = self._logic.startCameras(rows, self._parameters)
+            run = self._logic.startCameras(rows, parameters)
         except (PolyPoseError, OSError) as error:
             self._say(str(error), doubtful=True)
             return
-        self._asked = (self._parameters, [self._xrays.sources[row] for row in rows])
+        self._search = _Search(run, parameters, [self._xrays.sources[row] for row in rows])
         self._ui.cameraProgress.setVisible(True)
         self._ui.cameraProgress.setRange(0, 0)
         self._timer.start()
@@ -168,8 +180,8 @@ class CameraPart:
     def close(self) -> None:
         """End a running search at once, and leave nothing of it."""
         self._timer.stop()
-        if self._run is not None:
-            self._run.close()
+        if self._search is not None:
+            self._search.run.close()
             self._finish()
 
     def _source(self) -> XraySource | None:
@@ -212,28 +224,28 @@ class CameraPart:
 
     def _poll(self) -> None:
         """Every 50 ms: take what came, show it, and end when it has ended."""
-        run = self._run
+        search = self._search
+        if search is None:
+            return
+        run = search.run
         state = run.poll()
         self._show_progress(run)
         if not state.ended:
             self._show_buttons()
             return
         self._timer.stop()
-        asked = self._asked
         self._finish()
         if state is State.DONE:
-            self._store(*asked, run.found)
+            self._store(search, run.found)
         else:
             cancelled = isinstance(run.error, CancelledError)
             self._say(
                 _("Cancelled; nothing was changed.") if cancelled else str(run.error), doubtful=not cancelled
             )
 
-    def _store(
-        self, parameters: PolyPoseParameterNode, asked: list[XraySource], found: dict[int, CameraFinding]
-    ) -> None:
+    def _store(self, search: _Search, found: dict[int, CameraFinding]) -> None:
         """Take the cameras that are sure, keep the others as proposals; X-rays that were changed meanwhile are left."""
-        sources = xray_sources(parameters)
+        sources, asked = xray_sources(search.parameters), search.sources
         sure = doubtful = 0
         for number, finding in found.items():
             if number >= len(asked) or asked[number] not in sources:
@@ -247,7 +259,7 @@ class CameraPart:
             else:
                 doubtful += 1
                 sources[row] = replace(sources[row], found=replace(finding, taken=False))
-        store_xray_sources(parameters, sources)
+        store_xray_sources(search.parameters, sources)
         text = _("{sure} found.").format(sure=sure)
         if sure + doubtful < len(found):
             text += " " + _("X-rays that were changed meanwhile are left as they are.")
@@ -256,7 +268,7 @@ class CameraPart:
         self._say(text, doubtful=doubtful > 0)
 
     def _finish(self) -> None:
-        self._run, self._asked = None, None
+        self._search = None
         self._ui.cameraProgress.setVisible(False)
         self._say("")
         self._show_buttons()
@@ -278,12 +290,11 @@ class CameraPart:
     def _show_finding(self, source: XraySource | None) -> None:
         ui = self._ui
         found = source.found if source is not None else None
+        report = self._xrays.report()
         if found is not None:
             ui.cameraFinding.text = html_of(finding_lines(found), doubtful=not found.sure)
-        elif source is not None:
-            ui.cameraFinding.text = html_of(
-                source_lines(source, self._xrays.report(), camera_model_of(self._parameters)), doubtful=False
-            )
+        elif source is not None and report is not None:
+            ui.cameraFinding.text = html_of(source_lines(source, report, self._model()), doubtful=False)
         else:
             ui.cameraFinding.text = _("Select an X-ray in the table.")
         waits = found is not None and not found.taken
@@ -296,7 +307,8 @@ class CameraPart:
 
     def _show_buttons(self) -> None:
         """The button's text says what it does; its tool tip what is missing."""
-        ui, run, source = self._ui, self._run, self._source()
+        ui, source = self._ui, self._source()
+        run = self._search.run if self._search is not None else None
         ui.findCameras.enabled = run is None and source is not None and not self._missing()
         if run is not None:
             ui.findCamera.text = _("Cancelling...") if run.cancelling else _("Cancel")
@@ -306,15 +318,15 @@ class CameraPart:
         missing = self._missing()
         if source is not None and source.way in (CameraSource.CARM, CameraSource.CALIBRATION):
             missing = missing or _("This way gives the camera without a search.")
-        if (
-            source is not None
-            and source.way is CameraSource.LEARNED
-            and not camera_model_of(self._parameters)
-        ):
+        if source is not None and source.way is CameraSource.LEARNED and not self._model():
             missing = missing or _("Choose the model's file.")
         ui.findCamera.text = _("Find camera")
         ui.findCamera.enabled = source is not None and not missing
         ui.findCamera.setToolTip(missing or _("Look for the camera of the selected X-ray."))
+
+    def _model(self) -> str:
+        """Path of the camera model, empty when there is none."""
+        return camera_model_of(self._parameters) if self._parameters is not None else ""
 
     def _missing(self) -> str:
         return self._logic.missingInput(self._parameters) if self._parameters is not None else ""
@@ -333,14 +345,17 @@ def taken(source: XraySource, finding: CameraFinding, reader: XrayReader) -> Xra
     """The X-ray with a finding as its first camera: a transform node, ours when it has one."""
     source = replace(source, fields={**source.fields, "mirrored": finding.mirrored})
     xray = reader.report(source).xray
+    if xray is None:
+        return source
     node = source.camera_transform
     if node is None or not node.GetAttribute(CAMERA_ATTRIBUTE):
         name = slicer.mrmlScene.GenerateUniqueName(_("Camera of {name}").format(name=source.name))
         node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", name)
-    camera = SceneCamera(
-        xray.intrinsics, np.array(finding.extrinsic), *xray.image.shape, similarity=finding.similarity
+    set_camera(
+        node,
+        Camera(xray.intrinsics, np.array(finding.extrinsic), *xray.image.shape),
+        finding.similarity,
     )
-    set_camera(node, camera)
     return replace(source, camera_transform=node, found=replace(finding, taken=True))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import slicer
@@ -14,12 +14,15 @@ from PolyPoseLib.geometry.camera import REVIEW_PIXELS, Camera, review_camera
 
 from ..process.renderer import Renderer
 from ..scene import xray_views
-from ..scene.cameras import SceneCamera, set_camera
+from ..scene.cameras import set_camera
 from ..scene.carm_placement import Placement, intrinsics_at
 from ..scene.compare import Mode, compared, shrunk
 from ..scene.frames import flip_vectors
 from ..study.parameters import PolyPoseParameterNode, structures_of
 from .xrays import XraysPart
+
+if TYPE_CHECKING:
+    from PolyPoseLib.data.xray import Xray
 
 _SLIDERS = {
     "carmPrimary": "primary_deg",
@@ -89,10 +92,9 @@ class CarmPart:
 
     def use(self) -> None:
         """Make the shown camera the X-ray's initial guess: a transform node and the typed distance."""
-        xray, camera = self._xray(), self._camera()
-        if camera is None:
+        source, xray, camera = self._xrays.source, self._xray(), self._camera()
+        if source is None or xray is None or camera is None:
             return
-        source = self._xrays.source
         node = source.camera_transform
         if node is None:
             name = slicer.mrmlScene.GenerateUniqueName(_("C-arm guess {name}").format(name=source.name))
@@ -108,8 +110,13 @@ class CarmPart:
         )
 
     def reference(self) -> np.ndarray:
-        """The patient's reference point (3,), LPS mm: the middle of the anchor's segments, or of the CT."""
+        """The patient's reference point (3,), LPS mm: the middle of the anchor's segments, or of the CT.
+
+        The origin while no CT is chosen.
+        """
         parameters = self._parameters
+        if parameters is None or parameters.ct is None:
+            return np.zeros(3)
         segments = structures_of(parameters).get(parameters.anchor, [])
         centers = [parameters.segmentation.GetSegmentCenterRAS(each) for each in segments]
         centers = [each for each in centers if each is not None]
@@ -119,14 +126,14 @@ class CarmPart:
         parameters.ct.GetRASBounds(bounds)
         return flip_vectors(np.array(bounds).reshape(3, 2).mean(axis=1))
 
-    def _xray(self) -> Any:
+    def _xray(self) -> Xray | None:
         report = self._xrays.report()
         return report.xray if report is not None else None
 
-    def _ct(self) -> Any:
+    def _ct(self) -> slicer.vtkMRMLScalarVolumeNode | None:
         return self._parameters.ct if self._parameters is not None else None
 
-    def _camera(self) -> SceneCamera | None:
+    def _camera(self) -> Camera | None:
         """The camera of the sliders for the selected X-ray at its own size."""
         xray = self._xray()
         if xray is None or self._ct() is None:
@@ -135,7 +142,7 @@ class CarmPart:
         intrinsics = intrinsics_at(
             xray.intrinsics, xray.source_to_detector_mm, placement.source_to_detector_mm
         )
-        return SceneCamera(intrinsics, placement.extrinsic(self.reference()), *xray.image.shape)
+        return Camera(intrinsics, placement.extrinsic(self.reference()), *xray.image.shape)
 
     def _set(self, placement: Placement) -> None:
         """Move the sliders, and render once."""
@@ -176,13 +183,12 @@ class CarmPart:
             return
         try:
             camera = self._camera()
-            whole = Camera(camera.intrinsics, camera.extrinsic, camera.height, camera.width)
-            small, _factor = review_camera(whole)
         except PolyPoseError as error:
             self._ui.carmStatus.text = str(error)
             return
-        asked = (small.intrinsics, small.extrinsic, small.height, small.width)
-        self._renderer.ask(self._ct(), asked, self._rendered)
+        ct = self._ct()
+        if camera is not None and ct is not None:
+            self._renderer.ask(ct, review_camera(camera)[0], self._rendered)
 
     def _rendered(self, rendering: np.ndarray, seconds: float) -> None:
         """A rendering came: lay it over the X-ray."""
@@ -196,15 +202,15 @@ class CarmPart:
         self._blend()
 
     def _blend(self, *_ignored: Any) -> None:
-        xray = self._xray()
-        if xray is None or self._rendering is None or not self._ui.carmLive.checked:
+        xray, camera = self._xray(), self._camera()
+        if xray is None or camera is None or self._rendering is None or not self._ui.carmLive.checked:
             return
         factor = max(1, -(-max(xray.image.shape) // (2 * REVIEW_PIXELS)))
         if self._grey is None or self._grey[0] is not xray:
             self._grey = (xray, shrunk(xray.image, factor) if factor > 1 else xray.image)
         rgb = compared(self._grey[1], self._rendering, Mode.BLEND, self._ui.carmOpacity.value / 100)
         picture = xray_views.XrayPicture(
-            xray.name, self._camera(), self._ui.carmDetectorDistance.value, xray.image, mirrored=xray.mirrored
+            xray.name, camera, self._ui.carmDetectorDistance.value, xray.image, mirrored=xray.mirrored
         )
         number = self._xrays.number
         xray_views.show_image(number, picture, rgb)

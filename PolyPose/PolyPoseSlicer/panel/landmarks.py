@@ -11,14 +11,16 @@ import qt
 import slicer
 from slicer.i18n import tr as _
 
+from PolyPoseLib.geometry.camera import Camera
+
 from ..scene import landmark_lists, layouts, pixel_frames, xray_views
-from ..scene.cameras import SceneCamera, camera_of, set_camera
-from ..scene.carm_placement import Placement
+from ..scene.cameras import camera_of, set_camera
 from ..study.camera_source import CameraSource
 from ..study.landmark_fit import LandmarkFit, fit_landmarks
 from ..study.parameters import PolyPoseParameterNode
 from ..study.xray_source import XraySource
 from .landmark_table import LandmarkTable
+from .pictures import picture_of
 from .place_mode import PlaceMode
 from .xrays import XraysPart
 
@@ -102,7 +104,7 @@ class LandmarksPart:
         if not on or source is None:
             self._place.end()
             return
-        node = source.ct_landmarks or self._new_list(_("{name}: landmarks in the CT"), in_xray=False)
+        node = source.ct_landmarks or self._new_list(source, _("{name}: landmarks in the CT"), in_xray=False)
         self._place.start(node)
 
     def pick_in_xray(self, on: bool) -> None:
@@ -116,7 +118,9 @@ class LandmarksPart:
             self._ui.xrayPlace.checked = False
             self._table.say(problem)
             return
-        node = source.xray_landmarks or self._new_list(_("{name}: landmarks in the X-ray"), in_xray=True)
+        node = source.xray_landmarks or self._new_list(
+            source, _("{name}: landmarks in the X-ray"), in_xray=True
+        )
         self._frame(node)
         number = self._xrays.number
         logic = xray_views.slice_logic(number)
@@ -131,9 +135,9 @@ class LandmarksPart:
             return
         in_ct, in_xray = indices
         users = sum(each.ct_landmarks is source.ct_landmarks for each in self._xrays.sources)
-        if in_xray is not None:
+        if source.xray_landmarks is not None:
             source.xray_landmarks.RemoveNthControlPoint(in_xray)
-        if in_ct is not None and users == 1:
+        if source.ct_landmarks is not None and users == 1:
             source.ct_landmarks.RemoveNthControlPoint(in_ct)
 
     def solve(self) -> None:
@@ -155,7 +159,7 @@ class LandmarksPart:
             self._edited = True
         self.fit, self._fitted = fit_landmarks(pairs, report.xray), source.xray_landmarks
         self._table.show(self.fit)
-        self._show_projected(source)
+        self._show_projected(source, self.fit)
         if source.found is None or self._edited:
             self._settle_timer.start()
 
@@ -172,14 +176,14 @@ class LandmarksPart:
         if source.xray_landmarks is None or source.xray_landmarks is not self._fitted:
             return  # the rows were changed meanwhile
         self._edited = False
-        node = source.landmark_camera
-        if not self.fit.sure:
+        node, solution = source.landmark_camera, self.fit.solution
+        if solution is None or not self.fit.sure:
             if node is not None:
                 source.xray_landmarks.SetNodeReferenceID(landmark_lists.CAMERA_REFERENCE, None)
                 slicer.mrmlScene.RemoveNode(node)
             self._xrays.change({row: replace(source, found=None)})
             return
-        camera = SceneCamera(xray.intrinsics, self.fit.solution.camera.extrinsic, *xray.image.shape)
+        camera = Camera(xray.intrinsics, solution.camera.extrinsic, *xray.image.shape)
         there = camera_of(node)
         if (
             there is not None
@@ -187,7 +191,7 @@ class LandmarksPart:
             and not source.found
         ):
             return
-        set_camera(node or _new_camera(source), camera)
+        set_camera(node or _new_camera(source.name, source.xray_landmarks), camera)
         fields = {**source.fields, "mirrored": xray.mirrored}
         self._xrays.change({row: replace(source, fields=fields, found=None)})
 
@@ -219,7 +223,7 @@ class LandmarksPart:
             return
         in_ct, in_xray = self._ui.ctLandmarks.currentNode(), self._ui.xrayLandmarks.currentNode()
         others = [each.xray_landmarks for each in self._xrays.sources if each is not source]
-        if in_xray is not None and (in_xray is in_ct or in_xray in others):
+        if in_xray is not None and any(in_xray is each for each in (in_ct, *others)):
             self.show(self._parameters)
             self._table.say(
                 _("'{name}' is the list of another X-ray or of the CT: each X-ray needs its own.").format(
@@ -233,8 +237,7 @@ class LandmarksPart:
         changed = replace(source, ct_landmarks=in_ct, xray_landmarks=in_xray)
         self._xrays.change({self._xrays.number: changed})
 
-    def _new_list(self, pattern: str, in_xray: bool) -> Any:
-        source = self._source()
+    def _new_list(self, source: XraySource, pattern: str, in_xray: bool) -> Any:
         node = landmark_lists.new_list(pattern.format(name=source.name), in_xray)
         if in_xray:
             self._frame(node)
@@ -245,7 +248,10 @@ class LandmarksPart:
     def _frame(self, node: Any) -> None:
         """Put a list of the selected X-ray into its frame, which lies where the X-ray is shown."""
         row = self._xrays.number
-        picture = self._picture(row)
+        xray = self._xrays.reader.report(self._xrays.sources[row]).xray
+        if xray is None:
+            return
+        picture = picture_of(xray, self._reference())
         frame = pixel_frames.frame_above(node) or pixel_frames.new_frame(
             _("{name}: pixels").format(name=picture.name), row
         )
@@ -254,15 +260,6 @@ class LandmarksPart:
         plane = picture.plane if shown is None else shown
         pixel_frames.place(row, plane, picture.xray.shape[1], picture.mirrored)
         landmark_lists.put_into_frame(node, frame)
-
-    def _picture(self, row: int) -> xray_views.XrayPicture:
-        """The X-ray of a row at its camera, or in front of the patient while it has none."""
-        xray = self._xrays.reader.report(self._xrays.sources[row]).xray
-        extrinsic = Placement().extrinsic(self._reference()) if xray.extrinsic is None else xray.extrinsic
-        camera = SceneCamera(xray.intrinsics, extrinsic, *xray.image.shape)
-        return xray_views.XrayPicture(
-            xray.name, camera, xray.source_to_detector_mm, xray.image, mirrored=xray.mirrored
-        )
 
     def _view_problem(self) -> str:
         """Why the X-ray cannot be shown for picking; empty when it can."""
@@ -304,16 +301,16 @@ class LandmarksPart:
         if not self._solve_timer.isActive():
             self._solve_timer.start()
 
-    def _show_projected(self, source: XraySource) -> None:
-        if self.fit.solution is None:
+    def _show_projected(self, source: XraySource, fit: LandmarkFit) -> None:
+        if fit.solution is None:
             self._remove_projected()
             return
         if self._projected is None or self._projected.GetScene() is None:
             self._projected = landmark_lists.new_projected_list(_("projected landmarks"))
         frame = pixel_frames.frame_above(source.xray_landmarks)
-        far = self.fit.solution.errors_px > NAMED_PIXELS
-        names = [name if away else "" for name, away in zip(self.fit.pairs.names, far, strict=True)]
-        landmark_lists.set_projected(self._projected, frame, names, self.fit.projected)
+        far = fit.solution.errors_px > NAMED_PIXELS
+        names = [name if away else "" for name, away in zip(fit.pairs.names, far, strict=True)]
+        landmark_lists.set_projected(self._projected, frame, names, fit.projected)
 
     def _remove_projected(self) -> None:
         if self._projected is not None and self._projected.GetScene() is not None:
@@ -350,11 +347,11 @@ def _events() -> tuple[int, ...]:
     )
 
 
-def _new_camera(source: XraySource) -> Any:
-    """A camera's transform that belongs to the X-ray's list of points."""
-    name = slicer.mrmlScene.GenerateUniqueName(_("Camera of {name} by landmarks").format(name=source.name))
+def _new_camera(xray: str, landmarks: slicer.vtkMRMLMarkupsFiducialNode) -> Any:
+    """A camera's transform that belongs to an X-ray's list of points."""
+    name = slicer.mrmlScene.GenerateUniqueName(_("Camera of {name} by landmarks").format(name=xray))
     node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", name)
-    source.xray_landmarks.SetNodeReferenceID(landmark_lists.CAMERA_REFERENCE, node.GetID())
+    landmarks.SetNodeReferenceID(landmark_lists.CAMERA_REFERENCE, node.GetID())
     return node
 
 

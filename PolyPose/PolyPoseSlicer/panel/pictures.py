@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import slicer
+import vtk
+
+from PolyPoseLib.geometry.camera import Camera
 
 from ..scene import xray_views
-from ..scene.cameras import SceneCamera, camera_of
+from ..scene.cameras import camera_of
 from ..scene.carm_placement import Placement
 from ..scene.compare import Mode, compared, shrunk
 from ..scene.frames import flip_affine, from_vtk
 from ..scene.xray_views import XrayPicture
 from ..study.results import OutputNodes
 from ..study.xray_reading import XrayReport
+
+if TYPE_CHECKING:
+    from PolyPoseLib.data.xray import Xray
 
 LONGEST_SIDE = 512
 """Pictures are drawn with at most this many pixels a side, so that a slider can be followed."""
@@ -123,27 +130,22 @@ def pictures_of_result(outputs: OutputNodes, reports: Sequence[XrayReport]) -> l
 
 def pictures_of_inputs(reports: Sequence[XrayReport], reference: np.ndarray) -> list[XrayPicture]:
     """The views of the table; an X-ray without a camera is put in front of the reference point (3,), LPS."""
-    pictures = []
-    for report in reports:
-        xray = report.xray
-        if xray is None:
-            continue
-        extrinsic = Placement().extrinsic(reference) if xray.extrinsic is None else xray.extrinsic
-        camera = SceneCamera(xray.intrinsics, extrinsic, *xray.image.shape)
-        pictures.append(
-            XrayPicture(xray.name, camera, xray.source_to_detector_mm, xray.image, mirrored=xray.mirrored)
-        )
-    return pictures
+    return [picture_of(report.xray, reference) for report in reports if report.xray is not None]
+
+
+def picture_of(xray: Xray, reference: np.ndarray) -> XrayPicture:
+    """An X-ray at its camera, or in front of the reference point (3,), LPS, while it has none."""
+    extrinsic = Placement().extrinsic(reference) if xray.extrinsic is None else xray.extrinsic
+    camera = Camera(xray.intrinsics, extrinsic, *xray.image.shape)
+    return XrayPicture(xray.name, camera, xray.source_to_detector_mm, xray.image, mirrored=xray.mirrored)
 
 
 def _image_of(node: slicer.vtkMRMLScalarVolumeNode) -> np.ndarray:
     return np.array(slicer.util.arrayFromVolume(node)[0])
 
 
-def _depth_of(node: slicer.vtkMRMLScalarVolumeNode, camera: SceneCamera) -> float:
+def _depth_of(node: slicer.vtkMRMLScalarVolumeNode, camera: Camera) -> float:
     """Distance of an image's plane from the source along the axis, in mm."""
-    import vtk
-
     matrix = vtk.vtkMatrix4x4()
     node.GetIJKToRASMatrix(matrix)
-    return float(camera.depth_of(flip_affine(from_vtk(matrix))[None, :3, 3])[0])
+    return float(camera.depth(flip_affine(from_vtk(matrix))[:3, 3]))

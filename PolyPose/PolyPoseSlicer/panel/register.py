@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import ctk
@@ -24,6 +25,21 @@ from .live_preview import LivePreview
 POLL_MS = 50
 
 
+@dataclass
+class _Active:
+    """A registration under way.
+
+    preview: what follows its transform meanwhile. kept_in: the folder that keeps the result, or empty.
+    drawn: how many points of the curve are shown.
+    """
+
+    run: Registration
+    parameters: PolyPoseParameterNode
+    preview: LivePreview | None
+    kept_in: str
+    drawn: int = 0
+
+
 class RegisterPart:
     """Starts, shows and ends one registration.
 
@@ -34,12 +50,8 @@ class RegisterPart:
         """requirements: path of the list of Python packages that the child needs."""
         self._ui, self._logic, self._requirements, self._done = ui, logic, requirements, done
         self._parameters: PolyPoseParameterNode | None = None
-        self._run: Registration | None = None
-        self._running: PolyPoseParameterNode | None = None
-        self._preview: LivePreview | None = None
+        self._active: _Active | None = None
         self._made: list[Any] = []
-        self._drawn = 0
-        self._kept_in = ""
         self._showing = False
         self._timer = qt.QTimer()
         self._timer.interval = POLL_MS
@@ -59,7 +71,7 @@ class RegisterPart:
     @property
     def running(self) -> bool:
         """Whether a registration is under way."""
-        return self._run is not None
+        return self._active is not None
 
     def show(self, parameters: PolyPoseParameterNode | None) -> None:
         """Another parameter node, or the same that changed."""
@@ -76,60 +88,63 @@ class RegisterPart:
 
     def press(self) -> None:
         """The button: register, or cancel."""
-        if self._run is None:
+        if self._active is None:
             self.start()
         else:
-            self._run.cancel()
+            self._active.run.cancel()
             self._show_button()
 
     def start(self) -> None:
         """Start a registration of what the parameter node says."""
         self._say("")
+        parameters = self._parameters
+        if parameters is None:
+            return
         try:
             ensure_dependencies(self._requirements)
-            self._make_curve()
-            self._kept_in = self._ui.outputFolder.currentPath.strip()
-            self._run = self._logic.startParameters(self._parameters, outputFolder=self._kept_in or None)
-            self._running = self._parameters
+            self._make_curve(parameters)
+            kept_in = self._ui.outputFolder.currentPath.strip()
+            run = self._logic.startParameters(parameters, outputFolder=kept_in or None)
         except (PolyPoseError, OSError) as error:
             self._remove_curve()
             self._say(str(error))
             return
-        if self._parameters.livePreview:
-            self._preview = LivePreview(self._parameters.ct, self._parameters.segmentation)
+        preview = LivePreview(parameters.ct, parameters.segmentation) if parameters.livePreview else None
+        self._active = _Active(run, parameters, preview, kept_in)
         self._ui.progressBar.setVisible(True)
         self._ui.progressBar.setRange(0, 0)
-        self._drawn = 0
-        layouts.show_plot(self._parameters.outputPlot)
+        layouts.show_plot(parameters.outputPlot)
         self._timer.start()
         self._show_button()
 
     def close(self) -> None:
         """End a running registration at once, and leave nothing of it."""
         self._timer.stop()
-        if self._run is not None:
-            self._run.close()
+        if self._active is not None:
+            self._active.run.close()
             self._finish()
 
     def _poll(self) -> None:
         """Every 50 ms: take what came, show it, and end when it has ended."""
-        run = self._run
+        active = self._active
+        if active is None:
+            return
+        run, parameters = active.run, active.parameters
         state = run.poll()
-        self._show_progress(run)
-        if self._preview is not None and run.nodes.transform is not None and not state.ended:
-            self._preview.show(run.nodes.transform)
+        self._show_progress(active)
+        if active.preview is not None and run.nodes.transform is not None and not state.ended:
+            active.preview.show(run.nodes.transform)
         if not state.ended:
             self._show_button()
             return
         self._timer.stop()
-        parameters = self._running
         untrusted = isinstance(run.error, UntrustedResultError)
         if state is State.DONE or untrusted:
             self._made.clear()
             self._finish()
             store_outputs(parameters, run.nodes)
-            if self._kept_in and parameters.segmentation is not None:
-                remember_segments(self._kept_in, parameters.segmentation)
+            if active.kept_in and parameters.segmentation is not None:
+                remember_segments(active.kept_in, parameters.segmentation)
             self._say(self._end_text(run))
             self._done(run.nodes)
         else:
@@ -139,17 +154,16 @@ class RegisterPart:
 
     def _finish(self) -> None:
         """Forget the run."""
-        self._run, self._running = None, None
-        if self._preview is not None:
-            self._preview.restore()
-            self._preview = None
+        active, self._active = self._active, None
+        if active is not None and active.preview is not None:
+            active.preview.restore()
         self._remove_curve()
         self._ui.progressBar.setVisible(False)
         self._ui.stageLabel.text = ""
         self._show_button()
 
-    def _show_progress(self, run: Registration) -> None:
-        ui, progress = self._ui, run.progress
+    def _show_progress(self, active: _Active) -> None:
+        ui, run, progress = self._ui, active.run, active.run.progress
         if run.state is State.WRITING:
             ui.stageLabel.text = _("Writing the study...")
         elif run.state is State.LOADING:
@@ -166,9 +180,9 @@ class RegisterPart:
             if progress.similarity is not None:
                 text += _(", similarity {similarity:.4f}").format(similarity=progress.similarity)
             ui.stageLabel.text = text
-        table = self._running.outputSimilarity
-        if table is not None and len(run.similarities) != self._drawn and not run.state.ended:
-            self._drawn = len(run.similarities)
+        table = active.parameters.outputSimilarity
+        if table is not None and len(run.similarities) != active.drawn and not run.state.ended:
+            active.drawn = len(run.similarities)
             fill_similarity_table(table, run.similarities)
 
     def _end_text(self, run: Registration) -> str:
@@ -178,9 +192,9 @@ class RegisterPart:
         )
         return "\n".join([str(run.error)] if run.error is not None else [text])
 
-    def _make_curve(self) -> None:
+    def _make_curve(self, parameters: PolyPoseParameterNode) -> None:
         """The nodes of the curve exist from the beginning, so that it can be watched."""
-        parameters, scene = self._parameters, slicer.mrmlScene
+        scene = slicer.mrmlScene
         names = {
             "outputSimilarity": ("vtkMRMLTableNode", _("PolyPose similarity")),
             "outputSeries": ("vtkMRMLPlotSeriesNode", _("PolyPose similarity curve")),
@@ -204,9 +218,9 @@ class RegisterPart:
 
     def _show_button(self) -> None:
         """The button's text says what it does, or what is missing."""
-        button, run = self._ui.registerButton, self._run
-        if run is not None:
-            cancelling = run.cancelling
+        button = self._ui.registerButton
+        if self._active is not None:
+            cancelling = self._active.run.cancelling
             button.text = _("Cancelling...") if cancelling else _("Cancel")
             button.enabled = not cancelling
             button.setToolTip(_("Stop the registration; nothing is changed."))

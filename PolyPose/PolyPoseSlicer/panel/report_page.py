@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import vtk
 from slicer.i18n import tr as _
-from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 _STYLE = (
     "body{font-family:sans-serif;max-width:70em;margin:2em auto;color:#222}"

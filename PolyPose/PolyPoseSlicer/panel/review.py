@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,13 +11,16 @@ import qt
 from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import PolyPoseError
+from PolyPoseLib.geometry.camera import review_camera
 
 from ..process.renderer import Renderer
-from ..scene import deformation, layouts
+from ..scene import layouts
+from ..scene.cameras import similarity_of
 from ..scene.compare import Mode, compared
 from ..study.parameters import PolyPoseParameterNode, outputs_of, store_outputs, structures_of
 from ..study.result_origin import made_from
 from ..study.xray_reading import XrayReport
+from .maps import MapsPart, set_checked
 from .motions import MotionsPart, motion_header
 from .pictures import Pictures, pictures_of_inputs, pictures_of_result
 from .posture import show_only_bones, show_posture
@@ -30,8 +32,6 @@ RESIZED_MS = 100
 
 BEFORE_PIXELS = 400
 """Longer side, at most, of the CT rendered as it was scanned."""
-
-_OVERLAY_OPACITY = 0.55
 
 
 class ReviewPart:
@@ -55,6 +55,7 @@ class ReviewPart:
         self._report_png: bytes | None = None
         self.pictures = Pictures()
         self.motions = MotionsPart(ui)
+        self.maps = MapsPart(ui)
         self._flicker = qt.QTimer()
         self._flicker.interval = FLICKER_MS
         self._flicker.connect("timeout()", self.pictures.flicker)
@@ -72,30 +73,19 @@ class ReviewPart:
         ui.compareMode.connect("currentIndexChanged(int)", self._compare)
         ui.compareAmount.connect("valueChanged(double)", self._compare)
         ui.fromDetector.connect("toggled(bool)", self._turn)
-        ui.showGrid.connect("toggled(bool)", self._grid_toggled)
-        ui.showGlyphs.connect("toggled(bool)", self._glyphs_toggled)
-        ui.showJacobian.connect("toggled(bool)", self._jacobian_toggled)
-        ui.weightStructure.connect("currentIndexChanged(int)", self._weight_chosen)
         ui.saveReport.connect("clicked()", self._ask_report)
 
     def show(self, parameters: PolyPoseParameterNode | None) -> None:
         """Another parameter node, or the same that changed."""
         self._parameters = parameters
         self.motions.show(parameters)
-        ui = self._ui
-        result = parameters is not None and parameters.outputTransform is not None
-        for name in ("showAfter", "showGrid", "showGlyphs", "showJacobian", "saveReport"):
-            getattr(ui, name).enabled = result
-        ui.reviewState.text = self._state_text(result)
+        self.maps.show(parameters)
+        for name in ("showAfter", "saveReport"):
+            getattr(self._ui, name).enabled = (
+                parameters is not None and parameters.outputTransform is not None
+            )
+        self._ui.reviewState.text = _state_text(parameters)
         self.follow_cameras()
-        names = ["", *(structures_of(parameters) if parameters is not None else [])]
-        if [ui.weightStructure.itemText(n) for n in range(1, ui.weightStructure.count)] != names[1:]:
-            self._setting = True
-            ui.weightStructure.clear()
-            ui.weightStructure.addItem(_("nothing"))
-            for name in names[1:]:
-                ui.weightStructure.addItem(name)
-            self._setting = False
 
     def result_came(self, nodes: Any) -> None:
         """A registration has ended: show what it found."""
@@ -117,7 +107,7 @@ class ReviewPart:
             items = pictures_of_inputs(reports, self._reference())
         self.pictures.set(items)
         if items:
-            self._set_checked(self._ui.fromDetector, items[0].mirrored)
+            set_checked(self._ui.fromDetector, items[0].mirrored)
             self.pictures.from_detector = items[0].mirrored
         self._setting = True
         view = self._ui.compareView
@@ -172,6 +162,8 @@ class ReviewPart:
     def load_result(self, folder: str) -> None:
         """Open the folder of an earlier registration in place of the result that is shown."""
         parameters = self._parameters
+        if parameters is None:
+            return
         try:
             bones = parameters.segmentation if made_from(folder, parameters.segmentation) else None
             nodes = self._logic.loadResult(folder, parameters.ct, bones)
@@ -181,9 +173,8 @@ class ReviewPart:
         store_outputs(parameters, nodes)
         self.result_came(nodes)
 
-    def report_page(self) -> ReportPage:
-        """The result as a page."""
-        parameters = self._parameters
+    def report_page(self, parameters: PolyPoseParameterNode) -> ReportPage:
+        """The result of a parameter node as a page."""
         outputs = outputs_of(parameters)
         self.refresh_pictures()
         facts = [
@@ -195,8 +186,7 @@ class ReviewPart:
             (_("Seconds"), f"{sum(outputs.seconds.values()):.0f}"),
         ]
         for node in outputs.cameras:
-            stored = json.loads(node.GetAttribute("PolyPose.Camera") or "{}")
-            similarity = stored.get("similarity")
+            similarity = similarity_of(node)
             facts.append(
                 (node.GetName(), "-" if similarity is None else _("similarity {n:.4f}").format(n=similarity))
             )
@@ -218,8 +208,11 @@ class ReviewPart:
 
     def save_report(self, path: str) -> None:
         """Write the report; says so when that fails."""
+        if self._parameters is None:
+            return
+        page = self.report_page(self._parameters).html()
         try:
-            Path(path).write_text(self.report_page().html(), encoding="utf-8")
+            Path(path).write_text(page, encoding="utf-8")
         except OSError as error:
             self._ui.reviewState.text = _(
                 "{path} cannot be written ({reason}): choose another folder."
@@ -236,14 +229,6 @@ class ReviewPart:
         """The module is left: nothing moves any more."""
         self._flicker.stop()
         self._resized.stop()
-
-    def _state_text(self, result: bool) -> str:
-        if not result:
-            return _("No result yet: register, or load the folder of an earlier registration.")
-        outputs = outputs_of(self._parameters)
-        lines = [_("DO NOT TRUST THIS RESULT: {why}").format(why=each) for each in outputs.distrust]
-        lines += [_("Remark: {text}").format(text=each) for each in outputs.warnings]
-        return "\n".join(lines) or _("The registration found nothing that speaks against its result.")
 
     def _show_slices(self) -> None:
         if self._parameters is not None:
@@ -264,15 +249,6 @@ class ReviewPart:
         if picture.before is not None:
             self._render_before(number + 1)
             return
-        camera = picture.camera
-        try:
-            from PolyPoseLib.geometry.camera import Camera, review_camera
-
-            whole = Camera(camera.intrinsics, camera.extrinsic, camera.height, camera.width)
-            small, _factor = review_camera(whole, BEFORE_PIXELS)
-        except PolyPoseError as error:
-            self._ui.reviewState.text = str(error)
-            return
 
         def done(image: np.ndarray, _seconds: float) -> None:
             picture.before = image
@@ -280,7 +256,7 @@ class ReviewPart:
                 self.pictures.draw(number)
                 self._render_before(number + 1)
 
-        self._renderer.ask(ct, (small.intrinsics, small.extrinsic, small.height, small.width), done)
+        self._renderer.ask(ct, review_camera(picture.camera, BEFORE_PIXELS)[0], done)
 
     def _view_chosen(self, *_ignored: Any) -> None:
         """Show how the chosen view is compared."""
@@ -315,79 +291,10 @@ class ReviewPart:
         self.pictures.from_detector = bool(from_detector)
         self.pictures.aim()
 
-    def _grid_toggled(self, on: bool) -> None:
-        if on:
-            self._set_checked(self._ui.showGlyphs, False)
-        self._show_transform()
-
-    def _glyphs_toggled(self, on: bool) -> None:
-        if on:
-            self._set_checked(self._ui.showGrid, False)
-        self._show_transform()
-
-    def _show_transform(self) -> None:
-        ui, transform = self._ui, self._parameters.outputTransform if self._parameters is not None else None
-        if transform is not None:
-            what = "grid" if ui.showGrid.checked else "glyphs" if ui.showGlyphs.checked else ""
-            deformation.show_transform(transform, self._parameters.outputVolume, what)
-
-    def _jacobian_toggled(self, on: bool) -> None:
-        if not on or self._parameters is None:
-            self._ui.jacobianText.text = ""
-            self._overlay(None)
-            return
-        try:
-            change = deformation.volume_change(self._parameters.outputTransform)
-        except PolyPoseError as error:
-            self._ui.jacobianText.text = str(error)
-            return
-        self._ui.jacobianText.text = change.text
-        self._setting = True
-        self._ui.weightStructure.currentIndex = 0
-        self._setting = False
-        self._overlay(deformation.show_volume_change(change))
-
-    def _weight_chosen(self, index: int) -> None:
-        if self._setting or self._parameters is None:
-            return
-        if index <= 0:
-            self._overlay(None)
-            return
-        self._set_checked(self._ui.showJacobian, False)
-        name = self._ui.weightStructure.itemText(index)
-        options = json.loads(self._parameters.options or "{}")
-        usual = "mass" if self._parameters.preset.value == "paper" else "rigid"
-        try:
-            values, affine = deformation.structure_weight(
-                self._parameters.segmentation,
-                structures_of(self._parameters),
-                name,
-                options.get("weights") or usual,
-                options.get("epsilon") or 0.1,
-            )
-        except PolyPoseError as error:
-            self._ui.jacobianText.text = str(error)
-            return
-        self._ui.jacobianText.text = _(
-            "Black: the motion of '{name}' does not count; yellow: it alone counts."
-        ).format(name=name)
-        self._overlay(deformation.show_weight(values, affine, name))
-
-    def _overlay(self, volume: Any) -> None:
-        """Lay a map over the slices, or take it away."""
-        for composite in layouts.anatomy_views():
-            composite.SetForegroundVolumeID(volume.GetID() if volume is not None else None)
-            composite.SetForegroundOpacity(_OVERLAY_OPACITY if volume is not None else 0.0)
-
-    def _set_checked(self, box: Any, checked: bool) -> None:
-        blocked = box.blockSignals(True)
-        box.checked = checked
-        box.blockSignals(blocked)
-
     def _ask_result(self) -> None:
         window = self._ui.reviewSection.window()
         folder = qt.QFileDialog.getExistingDirectory(window, _("Load the folder of a registration"))
-        if folder and self._parameters is not None:
+        if folder:
             self.load_result(str(folder))
 
     def _ask_report(self) -> None:
@@ -395,3 +302,13 @@ class ReviewPart:
         path = qt.QFileDialog.getSaveFileName(window, _("Save report"), "report.html", _("Pages (*.html)"))
         if path:
             self.save_report(str(path))
+
+
+def _state_text(parameters: PolyPoseParameterNode | None) -> str:
+    """What speaks against the result, or that there is none."""
+    if parameters is None or parameters.outputTransform is None:
+        return _("No result yet: register, or load the folder of an earlier registration.")
+    outputs = outputs_of(parameters)
+    lines = [_("DO NOT TRUST THIS RESULT: {why}").format(why=each) for each in outputs.distrust]
+    lines += [_("Remark: {text}").format(text=each) for each in outputs.warnings]
+    return "\n".join(lines) or _("The registration found nothing that speaks against its result.")

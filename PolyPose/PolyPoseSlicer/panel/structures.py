@@ -123,14 +123,17 @@ class StructuresPart:
 
     def _store(self, chosen: dict[str, str], anchor: str) -> None:
         """Write into the parameter node, in one change; the table follows it."""
+        parameters = self._parameters
+        if parameters is None:
+            return
         known = {line.segment for line in self._lines}
         chosen = {segment: structure for segment, structure in chosen.items() if segment in known}
         self._lines = []  # what the user typed is shown again as it was understood
-        was = self._parameters.StartModify()
-        self._parameters.structures = json.dumps(chosen)
-        self._parameters.anchor = anchor
-        self._parameters.EndModify(was)
-        self.show(self._parameters)
+        was = parameters.StartModify()
+        parameters.structures = json.dumps(chosen)
+        parameters.anchor = anchor
+        parameters.EndModify(was)
+        self.show(parameters)
 
     def _filter(self, *_ignored: Any) -> None:
         """Hide the rows that were not asked for."""

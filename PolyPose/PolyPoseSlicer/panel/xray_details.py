@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -112,7 +112,7 @@ class XrayDetails:
             for name, field in _NUMBERS.items():
                 fields[field] = _number(getattr(ui, name), fields.get(field))
             for pair, field in _PAIRS.items():
-                fields[field] = self._pair(pair, field)
+                fields[field] = self._pair(pair, field, fields.get(field))
         except ValueError as error:
             ui.xrayState.text = str(error)
             return
@@ -134,18 +134,18 @@ class XrayDetails:
             changed = replace(changed, way=CameraSource.AUTO, found=None)
         self._changed(changed)
 
-    def _pair(self, names: tuple[str, str], field: str) -> list[float] | None:
+    def _pair(self, names: tuple[str, str], field: str, shown: Sequence[float] | None) -> list[float] | None:
         """Two numbers; where only one was typed, the other is the same (spacing) or as found (point)."""
-        shown = self._source.fields.get(field) or (None, None)
-        values = [_number(getattr(self._ui, name), was) for name, was in zip(names, shown, strict=True)]
-        if values == [None, None]:
+        edits = [getattr(self._ui, name) for name in names]
+        values = [_number(edit, was) for edit, was in zip(edits, shown or (None, None), strict=True)]
+        given = next((value for value in values if value is not None), None)
+        if given is None:
             return None
-        given = next(value for value in values if value is not None)
-        for index, name in enumerate(names):
-            if values[index] is None:
-                found = getattr(self._ui, name).placeholderText
-                values[index] = given if field == "pixel_spacing_mm" or not found else float(found)
-        return values
+        others = [
+            given if field == "pixel_spacing_mm" or not edit.placeholderText else float(edit.placeholderText)
+            for edit in edits
+        ]
+        return [other if value is None else value for value, other in zip(values, others, strict=True)]
 
 
 def _may_have_frames(source: XraySource) -> bool:

@@ -117,43 +117,43 @@ class XraysPart:
     def remove(self) -> None:
         """Take the selected X-ray out of the table."""
         if self.number >= 0:
-            kept = [each for row, each in enumerate(self._sources) if row != self.number]
-            store_xray_sources(self._parameters, kept)
+            self._store([each for row, each in enumerate(self._sources) if row != self.number])
 
     def read_geometry(self, path: str) -> None:
         """Take the selected X-ray's geometry from a file, in place of what was typed."""
-        if self.source is None or not path:
+        source = self.source
+        if source is None or not path:
             return
         try:
-            fields = geometry_from_file(path, self.source, self.number)
+            fields = geometry_from_file(path, source, self.number)
         except PolyPoseError as error:
             self._ui.xrayState.text = str(error)
             return
-        kept = {key: value for key, value in self.source.fields.items() if key not in GEOMETRY_FIELDS}
-        self._replace(_without_source(self.source, {**kept, **fields}))
+        self._replace(_without_source(source, {**_without_geometry(source), **fields}))
 
     def clear_geometry(self) -> None:
         """Forget all that was typed or read about the selected X-ray's geometry."""
-        if self.source is not None:
-            kept = {key: value for key, value in self.source.fields.items() if key not in GEOMETRY_FIELDS}
-            self._replace(_without_source(self.source, kept))
+        source = self.source
+        if source is not None:
+            self._replace(_without_source(source, _without_geometry(source)))
 
     def set_guess(self, transform: Any, fields: dict[str, Any]) -> None:
         """Start the selected X-ray's camera from a transform that was placed by hand, with these fields."""
-        fields = {**self.source.fields, **fields, "camera": "initial"}
-        self._replace(
-            replace(self.source, fields=fields, camera_transform=transform, way=CameraSource.CARM, found=None)
-        )
+        source = self.source
+        if source is not None:
+            fields = {**source.fields, **fields, "camera": "initial"}
+            changed = {"camera_transform": transform, "way": CameraSource.CARM, "found": None}
+            self._replace(replace(source, fields=fields, **changed))
 
     def change(self, changed: Mapping[int, XraySource]) -> None:
         """Store changed versions of X-rays by their rows, and read again those whose nodes have changed."""
         sources = [changed.get(row, each) for row, each in enumerate(self._sources)]
         if sources != self._sources:
-            store_xray_sources(self._parameters, sources)
+            self._store(sources)
         self.show(self._parameters)
 
     def _add(self, sources: list[XraySource]) -> None:
-        store_xray_sources(self._parameters, [*self._sources, *sources])
+        self._store([*self._sources, *sources])
         self._ui.xraysTable.selectRow(len(self._sources) - 1)
 
     def _replace(self, source: XraySource) -> None:
@@ -161,7 +161,11 @@ class XraysPart:
         if self.number >= 0 and source != self.source:
             changed = list(self._sources)
             changed[self.number] = source
-            store_xray_sources(self._parameters, changed)
+            self._store(changed)
+
+    def _store(self, sources: list[XraySource]) -> None:
+        if self._parameters is not None:
+            store_xray_sources(self._parameters, sources)
 
     def _fill(self, lines: list[tuple[tuple[str, ...], bool]]) -> None:
         table = self._ui.xraysTable
@@ -208,6 +212,11 @@ class XraysPart:
         self.read_geometry(
             qt.QFileDialog.getOpenFileName(window, _("Read geometry"), "", _("Study files (*.json)"))
         )
+
+
+def _without_geometry(source: XraySource) -> dict[str, Any]:
+    """The fields of an X-ray without those that a geometry file may hold."""
+    return {key: value for key, value in source.fields.items() if key not in GEOMETRY_FIELDS}
 
 
 def _without_source(source: XraySource, fields: Mapping[str, Any]) -> XraySource:

@@ -11,7 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 from .process_tree import ProcessTree
 
@@ -74,8 +74,8 @@ class Job:
         self._readers = [
             threading.Thread(target=self._read, args=(stream, take), daemon=True)
             for stream, take in (
-                (self._tree.process.stdout, self._take_output),
-                (self._tree.process.stderr, self._keep),
+                (self._tree.stdout, self._take_output),
+                (self._tree.stderr, self._keep),
             )
         ]
         for reader in self._readers:
@@ -144,13 +144,12 @@ class Job:
 
     def _finish(self) -> None:
         self.exit_status = self._tree.process.poll()
-        streams = (self._tree.process.stdout, self._tree.process.stderr)
-        for stream, reader in zip(streams, self._readers, strict=True):
+        for stream, reader in zip((self._tree.stdout, self._tree.stderr), self._readers, strict=True):
             if not reader.is_alive():  # closing a pipe that is being read would wait for its other end
                 stream.close()
         self._finished = True
 
-    def _read(self, stream: BinaryIO, take: Callable[[str], None]) -> None:
+    def _read(self, stream: IO[bytes], take: Callable[[str], None]) -> None:
         """Runs in a thread of its own until the pipe closes."""
         with contextlib.suppress(OSError, ValueError):
             while line := stream.readline(LINE_BYTES):

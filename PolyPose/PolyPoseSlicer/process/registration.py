@@ -63,7 +63,7 @@ class Registration(StudyRun):
         seen = None
         try:
             while not self.poll().ended:
-                if progress is not None and self.progress is not seen:
+                if progress is not None and self.progress is not None and self.progress is not seen:
                     seen = self.progress
                     progress(seen)
                 time.sleep(_WAIT_SECONDS)
@@ -131,7 +131,7 @@ class Registration(StudyRun):
     def _take_back(self) -> None:
         """Remove new nodes, and give a transform node that was not ours the transform that it had."""
         node = self.nodes.transform
-        if self._before_preview is not None and node.GetScene() is not None:
+        if node is not None and self._before_preview is not None and node.GetScene() is not None:
             node.SetAndObserveTransformFromParent(self._before_preview)
         self.nodes.remove_made()
 

@@ -1,4 +1,4 @@
-"""Renders the CT in a persistent child process; the newest wish wins and none is queued."""
+"""Renders the CT in a persistent child process; the newest request wins and none is queued."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ import numpy as np
 import slicer
 from slicer.i18n import tr as _
 
+from PolyPoseLib.geometry.camera import Camera
+
 from ..scene.nodes import Voxels
 from .environment import child_environment, python_executable
 from .process_tree import ProcessTree
@@ -28,7 +30,7 @@ _JOIN_SECONDS = 0.5
 class RenderClient:
     """One child process for one CT. Nothing here waits: `ask` for an image, then `poll` for it.
 
-    error: one sentence once the child cannot render; seconds: from the last wish to its image.
+    error: one sentence once the child cannot render; seconds: from the last request to its image.
     """
 
     def __init__(self, ct: Voxels, command: list[str] | None = None) -> None:
@@ -38,7 +40,7 @@ class RenderClient:
         self._folder = Path(tempfile.mkdtemp(prefix=TEMPORARY_PREFIX, dir=slicer.app.temporaryPath))
         self._command = command or [python_executable(), "-m", "PolyPoseLib"]
         self._lines: queue.Queue[dict[str, Any]] = queue.Queue()
-        self._last_words: list[str] = []
+        self._log: list[str] = []
         self._closed = threading.Event()
         self._tree: ProcessTree | None = None
         self._ready = False
@@ -59,15 +61,15 @@ class RenderClient:
         """Whether an image is still to come."""
         return not self.error and (self._wanted is not None or self._pending is not None)
 
-    def ask(self, intrinsics: np.ndarray, extrinsic: np.ndarray, height: int, width: int) -> None:
-        """Wish for the image of a camera; a wish that was not begun yet is forgotten."""
+    def ask(self, camera: Camera) -> None:
+        """Request the image of a camera; an earlier request that has not begun is dropped."""
         self._number += 1
         self._wanted = {
             "id": self._number,
-            "intrinsics": np.asarray(intrinsics).tolist(),
-            "extrinsic": np.asarray(extrinsic).tolist(),
-            "height": int(height),
-            "width": int(width),
+            "intrinsics": camera.intrinsics.tolist(),
+            "extrinsic": camera.extrinsic.tolist(),
+            "height": camera.height,
+            "width": camera.width,
             "output": str(self._folder / f"image{self._number % 2}.raw"),
             "asked": time.monotonic(),
         }
@@ -92,12 +94,13 @@ class RenderClient:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def _send(self) -> None:
-        if not self._ready or self._pending is not None or self._wanted is None or self.error:
+        pipe = self._tree.process.stdin if self._tree is not None else None
+        if not self._ready or pipe is None or self._pending is not None or self._wanted is None or self.error:
             return
         self._pending, self._wanted = self._wanted, None
         try:
-            self._tree.process.stdin.write((json.dumps(self._pending) + "\n").encode())
-            self._tree.process.stdin.flush()
+            pipe.write((json.dumps(self._pending) + "\n").encode())
+            pipe.flush()
         except (OSError, ValueError):
             self._fail()
 
@@ -108,28 +111,30 @@ class RenderClient:
             if not self._closed.is_set():
                 self._fail()
         elif self._pending is not None and line.get("id") == self._pending["id"]:
-            wish, self._pending = self._pending, None
+            request, self._pending = self._pending, None
             if "error" in line:
                 self.error = str(line["error"])
                 return None
             try:
-                image = np.fromfile(wish["output"], np.float32).reshape(wish["height"], wish["width"])
+                image = np.fromfile(request["output"], np.float32).reshape(
+                    request["height"], request["width"]
+                )
             except (OSError, ValueError) as error:
                 self.error = _("The rendering cannot be read: {reason}.").format(reason=error)
                 return None
-            self.seconds = time.monotonic() - wish["asked"]
+            self.seconds = time.monotonic() - request["asked"]
             return image
         return None
 
     def _fail(self) -> None:
-        said = next((line for line in reversed(self._last_words) if line.strip()), "")
-        said = said.removeprefix("polypose: ").rstrip(".")
+        sentence = next((line for line in reversed(self._log) if line.strip()), "")
+        sentence = sentence.removeprefix("polypose: ").rstrip(".")
         self.error = _("The CT cannot be rendered ({reason}): choose the CT again to retry.").format(
-            reason=said or _("its process ended")
+            reason=sentence or _("its process ended")
         )
 
     def _start(self, ct: Voxels) -> None:
-        """Runs in a thread: write the CT, start the process, hand on what it says."""
+        """Runs in a thread: write the CT, start the process, pass on what it writes."""
         try:
             from PolyPoseLib.data.volume import Volume
             from PolyPoseLib.io.volumes import write_volume
@@ -139,16 +144,16 @@ class RenderClient:
             if self._closed.is_set():
                 return
             arguments = [*self._command, "render", str(path)]
-            self._tree = ProcessTree(arguments, self._environment, str(self._folder), talks=True)
+            tree = self._tree = ProcessTree(arguments, self._environment, str(self._folder), talks=True)
             if self._closed.is_set():
-                self._tree.kill()
-            listener = threading.Thread(target=self._hear_errors, daemon=True)
+                tree.kill()
+            listener = threading.Thread(target=self._read_log, args=(tree,), daemon=True)
             listener.start()
-            self._hear()
+            self._read_answers(tree)
             listener.join(_JOIN_SECONDS)
         except Exception as error:
             logging.debug("PolyPose: the renderer did not start", exc_info=True)
-            self._last_words.append(str(error))
+            self._log.append(str(error))
         finally:
             self._lines.put({"ended": True})
             if self._tree is not None:
@@ -156,16 +161,16 @@ class RenderClient:
             if self._closed.is_set():
                 shutil.rmtree(self._folder, ignore_errors=True)
 
-    def _hear(self) -> None:
+    def _read_answers(self, tree: ProcessTree) -> None:
         with contextlib.suppress(OSError, ValueError):
-            for line in self._tree.process.stdout:
+            for line in tree.stdout:
                 with contextlib.suppress(ValueError):
-                    said = json.loads(line)
-                    if isinstance(said, dict):
-                        self._lines.put(said)
+                    answer = json.loads(line)
+                    if isinstance(answer, dict):
+                        self._lines.put(answer)
 
-    def _hear_errors(self) -> None:
+    def _read_log(self, tree: ProcessTree) -> None:
         with contextlib.suppress(OSError, ValueError):
-            for line in self._tree.process.stderr:
-                self._last_words.append(line.decode("utf-8", "replace").strip())
-                del self._last_words[:-20]
+            for line in tree.stderr:
+                self._log.append(line.decode("utf-8", "replace").strip())
+                del self._log[:-20]

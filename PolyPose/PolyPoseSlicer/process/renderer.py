@@ -10,6 +10,7 @@ import qt
 import slicer
 
 from PolyPoseLib.errors import PolyPoseError
+from PolyPoseLib.geometry.camera import Camera
 
 from ..scene.nodes import read_volume
 from .render_client import RenderClient
@@ -44,12 +45,12 @@ class Renderer:
     def ask(
         self,
         ct: slicer.vtkMRMLScalarVolumeNode,
-        camera: tuple[np.ndarray, np.ndarray, int, int],
+        camera: Camera,
         done: Callable[[np.ndarray, float], None],
     ) -> None:
         """Render a CT as it is shown; done gets the image (H, W) and the seconds that it took.
 
-        camera: intrinsics (3, 3), extrinsic (4, 4), height, width. An earlier wish that has not come is dropped.
+        An earlier request whose image has not come is dropped.
         """
         transform = ct.GetParentTransformNode()
         key = (
@@ -67,12 +68,12 @@ class Renderer:
                 return
             self._key = key
         self._done = done
-        self._client.ask(*camera)
+        self._client.ask(camera)
         if not self._timer.isActive():
             self._timer.start()
 
     def forget(self) -> None:
-        """Drop the wish; the process stays for the next one."""
+        """Drop the request; the process stays for the next one."""
         self._done = None
 
     def close(self) -> None:
@@ -85,6 +86,8 @@ class Renderer:
 
     def _poll(self) -> None:
         client = self._client
+        if client is None:
+            return
         image = client.poll()
         if client.error:
             self._timer.stop()

@@ -187,6 +187,8 @@ class StudyRun:
 
     def _poll_running(self) -> None:
         job = self._job
+        if job is None:
+            return
         events = job.poll(POLL_SECONDS / 2)
         if events:
             self.progress = events[-1]

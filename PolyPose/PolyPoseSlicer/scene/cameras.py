@@ -3,73 +3,64 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 
 import numpy as np
 import slicer
 import vtk
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.camera import Camera
 
-from .frames import FLIP, flip_affine, from_vtk, to_vtk
+from .frames import flip_affine, from_vtk, to_vtk
 
 CAMERA_ATTRIBUTE = "PolyPose.Camera"
 """Attribute of a camera's transform node: its intrinsics, size and similarity as JSON."""
 
 
-@dataclass(frozen=True)
-class SceneCamera:
-    """A camera: intrinsics (3, 3) px, extrinsic (4, 4) world LPS mm to camera, size in pixels."""
-
-    intrinsics: np.ndarray
-    extrinsic: np.ndarray
-    height: int
-    width: int
-    similarity: float | None = None
-
-    def depth_of(self, points: np.ndarray) -> np.ndarray:
-        """Distance (N,) of world points (N, 3), LPS mm, from the source along the camera's axis in mm."""
-        return np.asarray(points) @ self.extrinsic[2, :3] + self.extrinsic[2, 3]
-
-    def plane_to_ras(self, depth_mm: float) -> np.ndarray:
-        """From (column, row, slice, 1) to RAS mm, (4, 4), for an image on the plane at a depth.
-
-        The slice axis points away from the source and is as long as a pixel is wide.
-        """
-        to_camera = np.eye(4)
-        to_camera[:3, :2] = np.linalg.inv(self.intrinsics)[:, :2] * depth_mm
-        to_camera[:3, 2] = (0.0, 0.0, np.linalg.norm(to_camera[:3, 0]))
-        to_camera[:3, 3] = np.linalg.inv(self.intrinsics)[:, 2] * depth_mm
-        return FLIP @ np.linalg.inv(self.extrinsic) @ to_camera
+def plane_to_ras(camera: Camera, depth_mm: float) -> np.ndarray:
+    """From (column, row, slice, 1) to RAS mm, (4, 4), for an image on the camera's plane at a depth."""
+    return flip_affine(camera.plane_at(depth_mm))
 
 
-def set_camera(node: slicer.vtkMRMLLinearTransformNode, camera: SceneCamera) -> None:
-    """Make a transform node stand for a camera: from its axes (x columns, y rows, z to the detector) to RAS."""
+def set_camera(
+    node: slicer.vtkMRMLLinearTransformNode, camera: Camera, similarity: float | None = None
+) -> None:
+    """Make a transform node stand for a camera: from its axes (x columns, y rows, z to the detector) to RAS.
+
+    similarity: of its X-ray and rendering, None while it is unknown.
+    """
     node.SetMatrixTransformToParent(to_vtk(flip_affine(np.linalg.inv(camera.extrinsic))))
-    similarity = camera.similarity
-    known = similarity is not None and np.isfinite(similarity)
     fields = {
-        "intrinsics": np.asarray(camera.intrinsics).tolist(),
-        "height": int(camera.height),
-        "width": int(camera.width),
-        "similarity": float(similarity) if known else None,
+        "intrinsics": camera.intrinsics.tolist(),
+        "height": camera.height,
+        "width": camera.width,
+        "similarity": None if similarity is None or not np.isfinite(similarity) else float(similarity),
     }
     node.SetAttribute(CAMERA_ATTRIBUTE, json.dumps(fields))
 
 
-def camera_of(node: slicer.vtkMRMLLinearTransformNode | None) -> SceneCamera | None:
-    """The camera that a transform node stands for as it is placed in the scene now; None for any other."""
-    text = node.GetAttribute(CAMERA_ATTRIBUTE) if node is not None else None
-    if not text:
+def camera_of(node: slicer.vtkMRMLLinearTransformNode | None) -> Camera | None:
+    """The camera that a transform node stands for as it is placed in the scene now.
+
+    None for any other node, and for a camera that was moved by something other than a rigid motion.
+    """
+    fields = _stored(node)
+    if node is None or not fields:
         return None
-    fields = json.loads(text)
-    return SceneCamera(
-        np.array(fields["intrinsics"], dtype=np.float64),
-        extrinsic_of(node),
-        int(fields["height"]),
-        int(fields["width"]),
-        fields["similarity"],
-    )
+    try:
+        return Camera(fields["intrinsics"], extrinsic_of(node), int(fields["height"]), int(fields["width"]))
+    except InputError:
+        return None
+
+
+def similarity_of(node: slicer.vtkMRMLLinearTransformNode | None) -> float | None:
+    """The similarity that was stored with a camera; None when none was."""
+    return _stored(node).get("similarity")
+
+
+def _stored(node: slicer.vtkMRMLLinearTransformNode | None) -> dict:
+    text = node.GetAttribute(CAMERA_ATTRIBUTE) if node is not None else None
+    return json.loads(text) if text else {}
 
 
 def extrinsic_of(node: slicer.vtkMRMLTransformNode) -> np.ndarray:

@@ -50,14 +50,14 @@ class Placement:
         axis = extrinsic[2, :3]
         source = -extrinsic[:3, :3].T @ extrinsic[:3, 3]
         distance = float(axis @ (reference - source))
-        table = _TABLE_TO_LPS @ (reference - source - distance * axis)
+        left, front, head = (_TABLE_TO_LPS @ (reference - source - distance * axis)).tolist()
         return cls(
             angles.primary_deg,
             angles.secondary_deg,
             angles.detector_rotation_deg,
             distance,
             float(source_to_detector_mm),
-            tuple(float(part) for part in table),
+            (left, front, head),
         )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import slicer
 import vtk
 from slicer.i18n import tr as _
-from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from PolyPoseLib.errors import InputError
 
@@ -153,13 +153,6 @@ def show_weight(values: np.ndarray, affine: np.ndarray, name: str) -> slicer.vtk
     return node
 
 
-def remove_maps() -> None:
-    """Take the maps out of the scene."""
-    for node in slicer.util.getNodesByClass("vtkMRMLScalarVolumeNode"):
-        if node.GetAttribute(MAP_ATTRIBUTE):
-            slicer.mrmlScene.RemoveNode(node)
-
-
 def _weight(squared: np.ndarray, share: float, form: str, epsilon: float) -> np.ndarray:
     if form == "mass":
         return share / (1 + squared)
@@ -173,8 +166,8 @@ def _coarse_grid(grids: list[Grid]) -> Grid:
     grid = grids[0]
     factors = np.maximum(np.round(WEIGHT_SPACING_MM / grid.spacing), 1)
     affine = grid.affine @ np.diag([*factors, 1.0])
-    shape = tuple(int(-(-size // factor)) for size, factor in zip(grid.shape, factors[::-1], strict=True))
-    return Grid(affine, shape)
+    k, j, i = (int(-(-size // factor)) for size, factor in zip(grid.shape, factors[::-1], strict=True))
+    return Grid(affine, (k, j, i))
 
 
 def _distance(mask: np.ndarray, spacing: np.ndarray) -> np.ndarray:

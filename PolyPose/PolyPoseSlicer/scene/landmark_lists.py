@@ -186,7 +186,7 @@ def set_projected(
     pixels: np.ndarray,
 ) -> None:
     """Show pixels (N, 2) of the file, in a frame; those that are not finite are left out."""
-    seen = np.isfinite(pixels).all(axis=1)
+    seen = np.isfinite(pixels[:, 0]) & np.isfinite(pixels[:, 1])
     was = node.StartModify()
     node.SetAndObserveTransformNodeID(frame.GetID() if frame is not None else None)
     places = np.column_stack([pixels, np.zeros(len(pixels))])[seen]

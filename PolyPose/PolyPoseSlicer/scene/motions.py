@@ -128,14 +128,25 @@ def set_table(node: slicer.vtkMRMLTableNode, columns: Mapping[str, list]) -> Non
     was = node.StartModify()
     node.RemoveAllColumns()
     for name, values in columns.items():
-        text = bool(values) and isinstance(values[0], str)
-        array = vtk.vtkStringArray() if text else vtk.vtkDoubleArray()
-        array.SetName(name)
-        for value in values:
-            array.InsertNextValue(value if text else round(float(value), DECIMALS) + 0.0)  # no minus zero
-        node.AddColumn(array)
+        column = _text_column(values) if values and isinstance(values[0], str) else _number_column(values)
+        column.SetName(name)
+        node.AddColumn(column)
     node.SetUseColumnTitleAsColumnHeader(False)
     node.EndModify(was)
+
+
+def _text_column(texts: list[str]) -> vtk.vtkStringArray:
+    column = vtk.vtkStringArray()
+    for text in texts:
+        column.InsertNextValue(text)
+    return column
+
+
+def _number_column(numbers: list[float]) -> vtk.vtkDoubleArray:
+    column = vtk.vtkDoubleArray()
+    for number in numbers:
+        column.InsertNextValue(round(float(number), DECIMALS) + 0.0)  # no minus zero
+    return column
 
 
 def motions_to_text(motions: Mapping[str, Motion]) -> str:
@@ -163,17 +174,3 @@ def motions_of(node: slicer.vtkMRMLTableNode | None) -> dict[str, Motion]:
         )
         for name, each in json.loads(text or "{}").items()
     }
-
-
-def table_as_text(node: slicer.vtkMRMLTableNode, separator: str = "\t") -> str:
-    """A table node as lines of text with a header, for the clipboard (tabs) or a file (commas)."""
-    table = node.GetTable()
-    columns = [table.GetColumn(index) for index in range(table.GetNumberOfColumns())]
-    lines = [[column.GetName() for column in columns]]
-    for row in range(table.GetNumberOfRows()):
-        lines.append([column.GetVariantValue(row).ToString() for column in columns])
-    return "\n".join(separator.join(_quoted(cell, separator) for cell in line) for line in lines) + "\n"
-
-
-def _quoted(cell: str, separator: str) -> str:
-    return '"' + cell.replace('"', '""') + '"' if separator in cell or '"' in cell else cell

@@ -11,9 +11,11 @@ import numpy as np
 import slicer
 import vtk
 from slicer.i18n import tr as _
-from vtk.util.numpy_support import numpy_to_vtk
+from vtkmodules.util.numpy_support import numpy_to_vtk
 
-from .cameras import SceneCamera
+from PolyPoseLib.geometry.camera import Camera
+
+from .cameras import plane_to_ras
 from .frames import flip_vectors, from_vtk, to_vtk
 from .pixel_frames import place
 
@@ -35,7 +37,7 @@ class XrayPicture:
     """
 
     name: str
-    camera: SceneCamera
+    camera: Camera
     detector_mm: float
     xray: np.ndarray
     rendering: np.ndarray | None = None
@@ -45,7 +47,7 @@ class XrayPicture:
 
     def __post_init__(self) -> None:
         """Where the picture lies: (column, row, slice, 1) to RAS mm."""
-        self.plane = self.camera.plane_to_ras(self.detector_mm)
+        self.plane = plane_to_ras(self.camera, self.detector_mm)
 
 
 def view_name(number: int) -> str:
@@ -241,8 +243,7 @@ def _corners(picture: XrayPicture) -> np.ndarray:
 
 def _beam(picture: XrayPicture) -> vtk.vtkPolyData:
     """The source as a ball, the edges of the beam, and the detector's frame."""
-    source = -picture.camera.extrinsic[:3, :3].T @ picture.camera.extrinsic[:3, 3]
-    source = flip_vectors(source)
+    source = flip_vectors(picture.camera.source)
     ball = vtk.vtkSphereSource()
     ball.SetCenter(*source)
     ball.SetRadius(_SOURCE_RADIUS_MM)

@@ -128,8 +128,10 @@ def _read_xrays(study_file: Path) -> list[LoadedXray]:
 
 
 def structure_centroids(study: StudyData) -> dict[str, np.ndarray]:
-    """Mean of each structure's voxel centres in LPS mm; needs study.labels."""
+    """Mean of each structure's voxel centres in LPS mm; empty before the study was written."""
     labels, affine = study.labels, study.ct.grid.affine
+    if labels is None:
+        return {}
     counts = np.zeros(len(study.segment_ids) + 1)
     sums = np.zeros((3, len(counts)))
     for k, section in enumerate(labels):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import enum
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import zip_longest
+from typing import TYPE_CHECKING, Any
 
 from slicer import (
     vtkMRMLLinearTransformNode,
@@ -25,6 +26,9 @@ from .camera_finding import CameraFinding
 from .camera_source import CameraSource
 from .results import OutputNodes
 from .xray_source import XraySource, fields_from_text
+
+if TYPE_CHECKING:
+    from slicer import vtkMRMLScriptedModuleNode
 
 
 class Preset(enum.Enum):
@@ -91,6 +95,15 @@ class PolyPoseParameterNode:
     outputXrays: list[vtkMRMLScalarVolumeNode]
     outputMessages: str = "{}"
 
+    if TYPE_CHECKING:  # what parameterNodeWrapper adds; every node above may be None
+        parameterNode: vtkMRMLScriptedModuleNode
+        StartModify: Callable[[], int]
+        EndModify: Callable[[int], Any]
+        connectGui: Callable[[Any], int]
+        disconnectGui: Callable[[int | None], None]
+
+        def __init__(self, parameterNode: vtkMRMLScriptedModuleNode) -> None: ...
+
 
 def structures_of(parameters: PolyPoseParameterNode) -> dict[str, list[str]]:
     """{structure: segment IDs} of the segments that still exist."""
@@ -105,18 +118,20 @@ def structures_of(parameters: PolyPoseParameterNode) -> dict[str, list[str]]:
 def xray_sources(parameters: PolyPoseParameterNode) -> list[XraySource]:
     """The X-rays of the parameter node; an entry whose image was deleted is left out."""
     sources = []
-    entries = zip(parameters.xrayImages, parameters.xrayTexts, parameters.xrayCameras, strict=True)
+    texts = parameters.xrayTexts
     # Scenes of earlier versions have no landmarks.
-    landmarks = zip_longest(parameters.xrayCtLandmarks, parameters.xrayLandmarks)
-    for (image, text, camera), lists in zip_longest(entries, landmarks, fillvalue=(None, None)):
-        if text is None:
-            break
+    lists = list(zip_longest(parameters.xrayCtLandmarks, parameters.xrayLandmarks))[: len(texts)]
+    lists += [(None, None)] * (len(texts) - len(lists))
+    entries = zip(parameters.xrayImages, texts, parameters.xrayCameras, lists, strict=True)
+    for image, text, camera, (ct_landmarks, xray_landmarks) in entries:
         stored = fields_from_text(text)
         path, frame = stored.pop("path", ""), stored.pop("frame", None)
         way, found = CameraSource.of(stored.pop("way", None)), stored.pop("found", None)
         if image is not None or path:
             found = CameraFinding.of(found) if found else None
-            sources.append(XraySource(image, path, frame, stored, camera, way, *lists, found))
+            sources.append(
+                XraySource(image, path, frame, stored, camera, way, ct_landmarks, xray_landmarks, found)
+            )
     return sources
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import slicer
 from slicer.i18n import tr as _
 
-from ..scene.cameras import SceneCamera, set_camera
+from ..scene.cameras import plane_to_ras, set_camera
 from ..scene.frames import flip_affine
 from ..scene.grid_transform import set_grid_transform
 from ..scene.motions import Motion, fill_motion_table, set_table
@@ -246,17 +246,17 @@ def _fill_views(loaded: LoadedResult, nodes: OutputNodes, name: str) -> Iterator
     result = loaded.result
     corners = result.warped_ct.corners()
     for number, found in enumerate(result.cameras):
-        camera = SceneCamera(found.intrinsics, found.extrinsic, found.height, found.width, found.similarity)
+        camera = found.camera
         view = found.name or _("view {number}").format(number=number + 1)
         transform = _nth(
             nodes, nodes.cameras, number, "vtkMRMLLinearTransformNode", "{name} camera " + view, name
         )
-        set_camera(transform, camera)
+        set_camera(transform, camera, found.similarity)
         xray = loaded.xrays[number] if number < len(loaded.xrays) else None
-        depth = float(camera.depth_of(corners).max()) * DETECTOR_MARGIN
+        depth = float(camera.depth(corners).max()) * DETECTOR_MARGIN
         if xray is not None and xray.source_to_detector_mm:
             depth = float(xray.source_to_detector_mm)
-        plane = camera.plane_to_ras(depth)
+        plane = plane_to_ras(camera, depth)
         rendering = _nth(
             nodes, nodes.renderings, number, "vtkMRMLScalarVolumeNode", "{name} rendering " + view, name
         )

@@ -109,9 +109,9 @@ def write_study(study: StudyData, folder: Path) -> Path:
     Sets study.labels. Raises OSError when the disk is full or the folder cannot be written.
     """
     _require_space(study, folder)
-    study.labels = merged_labels(study)
+    labels = study.labels = merged_labels(study)
     _write_image(study.ct, folder / "ct.nrrd")
-    _write_image(Voxels(study.labels, study.ct.grid), folder / "labels.nrrd")
+    _write_image(Voxels(labels, study.ct.grid), folder / "labels.nrrd")
     entries = []
     for number, (entry, pixels, spacing) in enumerate(study.xrays):
         if pixels is not None:
@@ -125,7 +125,7 @@ def write_study(study: StudyData, folder: Path) -> Path:
         "version": 1,
         "ct": "ct.nrrd",
         "segmentation": "labels.nrrd",
-        "structures": {name: _numbers_left(study, name) for name in study.structures},
+        "structures": {name: _numbers_left(study, labels, name) for name in study.structures},
         "anchor": study.anchor,
         "xrays": entries,
         "options": study.options,
@@ -135,9 +135,9 @@ def write_study(study: StudyData, folder: Path) -> Path:
     return path
 
 
-def _numbers_left(study: StudyData, structure: str) -> list[int]:
+def _numbers_left(study: StudyData, labels: np.ndarray, structure: str) -> list[int]:
     """The labels of a structure's segments that have voxels; raises InputError when there is none."""
-    left = np.bincount(study.labels.ravel(), minlength=len(study.segment_ids) + 1)
+    left = np.bincount(labels.ravel(), minlength=len(study.segment_ids) + 1)
     numbers = [study.segment_ids.index(each) + 1 for each in study.structures[structure]]
     numbers = [number for number in numbers if left[number]]
     if not numbers:

@@ -226,18 +226,22 @@ def _key(source: XraySource) -> str:
     """Changes whenever reading the X-ray would give something else."""
     path, frame = source.file()
     entry = source.shown_entry(path, frame)
-    if path:
-        stamp = f"{os.stat(path).st_mtime_ns}"
-    else:
-        image = source.image
-        stamp = f"{image.GetID()} {image.GetMTime()}"
-        if image.IsA("vtkMRMLScalarVolumeNode") and image.GetImageData() is not None:
-            stamp += f" {image.GetImageData().GetMTime()}"
+    stamp = f"{os.stat(path).st_mtime_ns}" if path else _image_stamp(source.image)
     stamp += "".join(_stamp(entry[key]) for key in ("mask", "calibration") if entry.get(key))
     found = None if source.found is None else source.found.stored()
     return json.dumps(
         [stamp, frame, source.frame, entry, source.way.value, found], sort_keys=True, default=str
     )
+
+
+def _image_stamp(image: slicer.vtkMRMLNode | None) -> str:
+    """Changes with an image node's content."""
+    if image is None:
+        return ""
+    stamp = f"{image.GetID()} {image.GetMTime()}"
+    if image.IsA("vtkMRMLScalarVolumeNode") and image.GetImageData() is not None:
+        stamp += f" {image.GetImageData().GetMTime()}"
+    return stamp
 
 
 def _stamp(path: Path) -> str:

@@ -80,7 +80,7 @@ class XraySource:
         """
         if self.path:
             return self.path, self.frame
-        node = self.image
+        node = self._image_node()
         if node.IsA("vtkMRMLSequenceNode") and not node.GetAttribute("DICOM.instanceUIDs"):
             node = _frame_node(node, self.frame)
         uids = (node.GetAttribute("DICOM.instanceUIDs") or "").split()
@@ -99,14 +99,14 @@ class XraySource:
 
         Raises InputError, as one sentence, when the node is no single image.
         """
-        node = self.image
-        if node.IsA("vtkMRMLSequenceNode"):
-            node = _frame_node(node, self.frame)
+        given = node = self._image_node()
+        if given.IsA("vtkMRMLSequenceNode"):
+            node = _frame_node(given, self.frame)
         if node.GetImageData() is None:
             raise InputError(f"The X-ray '{self.name}' has no pixels: load it again.")
         values = slicer.util.arrayFromVolume(node)
         across, down, _through = node.GetSpacing()
-        frame = self.frame if not self.image.IsA("vtkMRMLSequenceNode") else None
+        frame = self.frame if not given.IsA("vtkMRMLSequenceNode") else None
         if values.shape[0] > 1 and frame is None:
             raise InputError(
                 f"The X-ray '{self.name}' is a volume of {values.shape[0]} images: choose one of them as its frame."
@@ -114,6 +114,11 @@ class XraySource:
         if not 0 <= (frame or 0) < values.shape[0]:
             raise InputError(f"The X-ray '{self.name}' has no frame {frame}.")
         return np.array(values[frame or 0]), (down, across)
+
+    def _image_node(self) -> slicer.vtkMRMLNode:
+        if self.image is None:
+            raise InputError(f"The X-ray '{self.name}' is a file and no image of the scene: load it.")
+        return self.image
 
     @property
     def starts_from_transform(self) -> bool:

@@ -92,6 +92,18 @@ def test_review_camera_is_small_and_sees_the_same():
         review_camera(big, 0)
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_an_image_on_a_plane_projects_onto_its_own_pixels(seed):
+    rng = np.random.default_rng(seed)
+    camera, depth = random_camera(rng), rng.uniform(100, 1500)
+    pixels = np.column_stack([rng.uniform(0, 50, (7, 2)), np.zeros(7), np.ones(7)])
+    points = (pixels @ camera.plane_at(depth).T)[:, :3]
+    np.testing.assert_allclose(camera.project(points), pixels[:, :2], atol=1e-6)
+    np.testing.assert_allclose(camera.depth(points), depth, rtol=1e-9)
+    plane = camera.plane_at(depth)
+    np.testing.assert_allclose(plane[:3, 2], camera.axis * np.linalg.norm(plane[:3, 0]), atol=1e-9)
+
+
 def test_focal_length_pairs_columns_with_x():
     assert focal_length_px(1000, (0.5, 0.25)) == (4000, 2000)
     assert focal_length_px(1000, 0.5) == (2000, 2000)

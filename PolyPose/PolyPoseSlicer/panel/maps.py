@@ -1,0 +1,115 @@
+"""The panel's Deformation box: the transform as a grid or as arrows, the volume change, and a structure's weight."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from slicer.i18n import tr as _
+
+from PolyPoseLib.errors import PolyPoseError
+
+from ..scene import deformation, layouts
+from ..study.parameters import PolyPoseParameterNode, Preset, structures_of
+
+_OVERLAY_OPACITY = 0.55
+
+
+class MapsPart:
+    """Shows how the result's transform deforms the CT; one overlay at a time."""
+
+    def __init__(self, ui: Any) -> None:
+        """Connect the widgets of the loaded form."""
+        self._ui = ui
+        self._parameters: PolyPoseParameterNode | None = None
+        self._setting = False
+        ui.showGrid.connect("toggled(bool)", self._grid_toggled)
+        ui.showGlyphs.connect("toggled(bool)", self._glyphs_toggled)
+        ui.showJacobian.connect("toggled(bool)", self._jacobian_toggled)
+        ui.weightStructure.connect("currentIndexChanged(int)", self._weight_chosen)
+
+    def show(self, parameters: PolyPoseParameterNode | None) -> None:
+        """Another parameter node, or the same that changed."""
+        self._parameters = parameters
+        ui = self._ui
+        for name in ("showGrid", "showGlyphs", "showJacobian"):
+            getattr(ui, name).enabled = parameters is not None and parameters.outputTransform is not None
+        names = list(structures_of(parameters)) if parameters is not None else []
+        if [ui.weightStructure.itemText(n) for n in range(1, ui.weightStructure.count)] != names:
+            self._setting = True
+            ui.weightStructure.clear()
+            for name in (_("nothing"), *names):
+                ui.weightStructure.addItem(name)
+            self._setting = False
+
+    def _grid_toggled(self, on: bool) -> None:
+        if on:
+            set_checked(self._ui.showGlyphs, False)
+        self._show_transform()
+
+    def _glyphs_toggled(self, on: bool) -> None:
+        if on:
+            set_checked(self._ui.showGrid, False)
+        self._show_transform()
+
+    def _show_transform(self) -> None:
+        ui, parameters = self._ui, self._parameters
+        if parameters is not None and parameters.outputTransform is not None:
+            what = "grid" if ui.showGrid.checked else "glyphs" if ui.showGlyphs.checked else ""
+            deformation.show_transform(parameters.outputTransform, parameters.outputVolume, what)
+
+    def _jacobian_toggled(self, on: bool) -> None:
+        if not on or self._parameters is None:
+            self._ui.jacobianText.text = ""
+            _overlay(None)
+            return
+        try:
+            change = deformation.volume_change(self._parameters.outputTransform)
+        except PolyPoseError as error:
+            self._ui.jacobianText.text = str(error)
+            return
+        self._ui.jacobianText.text = change.text
+        self._setting = True
+        self._ui.weightStructure.currentIndex = 0
+        self._setting = False
+        _overlay(deformation.show_volume_change(change))
+
+    def _weight_chosen(self, index: int) -> None:
+        if self._setting or self._parameters is None:
+            return
+        if index <= 0:
+            _overlay(None)
+            return
+        set_checked(self._ui.showJacobian, False)
+        name = self._ui.weightStructure.itemText(index)
+        options = json.loads(self._parameters.options or "{}")
+        usual = "mass" if self._parameters.preset is Preset.PAPER else "rigid"
+        try:
+            values, affine = deformation.structure_weight(
+                self._parameters.segmentation,
+                structures_of(self._parameters),
+                name,
+                options.get("weights") or usual,
+                options.get("epsilon") or 0.1,
+            )
+        except PolyPoseError as error:
+            self._ui.jacobianText.text = str(error)
+            return
+        self._ui.jacobianText.text = _(
+            "Black: the motion of '{name}' does not count; yellow: it alone counts."
+        ).format(name=name)
+        _overlay(deformation.show_weight(values, affine, name))
+
+
+def set_checked(box: Any, checked: bool) -> None:
+    """Check a box without telling anybody."""
+    blocked = box.blockSignals(True)
+    box.checked = checked
+    box.blockSignals(blocked)
+
+
+def _overlay(volume: Any) -> None:
+    """Lay a map over the slices, or take it away."""
+    for composite in layouts.anatomy_views():
+        composite.SetForegroundVolumeID(volume.GetID() if volume is not None else None)
+        composite.SetForegroundOpacity(_OVERLAY_OPACITY if volume is not None else 0.0)
