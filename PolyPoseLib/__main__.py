@@ -1,4 +1,4 @@
-"""The command line: python -m PolyPoseLib SUBCOMMAND."""
+"""The command line: polypose SUBCOMMAND, or python -m PolyPoseLib SUBCOMMAND."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Sequence
+from pathlib import PurePath
 
 from PolyPoseLib import __version__
 from PolyPoseLib.errors import InputError, PolyPoseError
@@ -22,24 +23,41 @@ FAILED = 1
 def build_parser() -> argparse.ArgumentParser:
     """The parser of all subcommands."""
     from PolyPoseLib.cli import commands
+    from PolyPoseLib.cli._completion import add_print_completion
 
     parser = argparse.ArgumentParser(
-        prog="python -m PolyPoseLib",
+        prog=_invoked_as(),
         description="Align one CT to two or more X-rays of the same patient in another posture, "
         "bone by bone. Research software, not for clinical decisions.",
-        epilog="example:\n  python -m PolyPoseLib demo --output demo",
+        epilog="example:\n  %(prog)s demo --output demo",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"PolyPose {__version__}")
+    add_print_completion(parser)
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="SUBCOMMAND")
     for command in commands():
         command.add_parser(subparsers)
     return parser
 
 
+def _invoked_as() -> str:
+    """The command as it was typed: the installed script, or the module."""
+    return "polypose" if PurePath(sys.argv[0]).stem.lower() == "polypose" else "python -m PolyPoseLib"
+
+
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one subcommand; returns 0, 2 (wrong input), 3 (not to be trusted), 130 (interrupted) or 1 (a
-    fault).
+    """Run one subcommand.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments without the program's name; those of the process when None.
+
+    Returns
+    -------
+    int
+        Exit status: 0 done, 1 an unexpected fault, 2 wrong input, 3 a result not to be trusted, 130 interrupted.
+
     """
     arguments = build_parser().parse_args(argv)
     from PolyPoseLib.cli._console import start_logging

@@ -44,7 +44,7 @@ def arguments_table(command: str) -> str:
     """A Markdown table of a subcommand's arguments, as its parser has them."""
     rows = ["| argument | meaning |", "| --- | --- |"]
     for action in _subparsers()[command]._actions:
-        if isinstance(action, argparse._HelpAction):
+        if isinstance(action, argparse._HelpAction) or action.help == argparse.SUPPRESS:
             continue
         value = action.metavar or (action.dest.upper() if action.nargs != 0 else "")
         if action.choices:

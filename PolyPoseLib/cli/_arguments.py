@@ -11,12 +11,12 @@ from PolyPoseLib.data.options import CHOICES, Options
 def new_parser(
     subparsers: argparse._SubParsersAction, name: str, summary: str, example: str, **settings: Any
 ) -> argparse.ArgumentParser:
-    """A subcommand's parser whose help ends with an example."""
+    """A subcommand's parser whose help ends with an example: its arguments, which follow its name."""
     parser = subparsers.add_parser(
         name,
         help=summary,
         description=summary[0].upper() + summary[1:] + ".",
-        epilog=f"example:\n  {example}",
+        epilog=f"example:\n  %(prog)s {example}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         **settings,
     )

@@ -31,7 +31,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         subparsers,
         "cameras",
         "find the camera of every X-ray that has none and write it into the study",
-        "python -m PolyPoseLib cameras case/study.json --method search",
+        "case/study.json --method search",
     )
     parser.add_argument("study", type=Path, help="the study's JSON file")
     parser.add_argument(

@@ -27,7 +27,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         subparsers,
         "demo",
         "fetch a CT, move its bones, take X-rays, register, and compare with the truth",
-        "python -m PolyPoseLib demo --output demo",
+        "--output demo",
     )
     parser.add_argument(
         "--output",

@@ -21,7 +21,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         subparsers,
         "evaluate",
         "score a result against a simulation's truth or a second segmentation",
-        "python -m PolyPoseLib evaluate case/result --truth case/truth",
+        "case/result --truth case/truth",
     )
     parser.add_argument("result", type=Path, help="folder that register wrote")
     against = parser.add_mutually_exclusive_group(required=True)

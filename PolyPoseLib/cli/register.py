@@ -22,7 +22,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         subparsers,
         "register",
         "register the CT of a study to its X-rays",
-        "python -m PolyPoseLib register case/study.json --output case/result",
+        "case/study.json --output case/result",
     )
     parser.add_argument("study", type=Path, help="the study's JSON file")
     parser.add_argument("--output", type=Path, required=True, metavar="DIR", help="folder for the result")

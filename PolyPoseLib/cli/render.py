@@ -38,7 +38,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         subparsers,
         "render",
         "render a CT through cameras that arrive as JSON lines on stdin",
-        "python -m PolyPoseLib render ct.nii.gz < requests.jsonl",
+        "ct.nii.gz < requests.jsonl",
     )
     parser.add_argument("ct", type=Path, help="CT in Hounsfield units")
     parser.add_argument("--threads", type=int, metavar="N", help="CPU threads (default: all)")

@@ -21,7 +21,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         subparsers,
         "sample",
         "fetch a public CT with labels, check it and keep it in a cache",
-        "python -m PolyPoseLib sample pelvis --output pelvis",
+        "pelvis --output pelvis",
     )
     parser.add_argument("name", choices=tuple(SAMPLES), help="which one")
     parser.add_argument("--output", type=Path, required=True, metavar="DIR", help="new folder for the copy")

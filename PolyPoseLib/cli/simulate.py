@@ -30,7 +30,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         subparsers,
         "simulate",
         "move a CT's bones, take X-rays of it, and write the study with its truth",
-        "python -m PolyPoseLib simulate --sample pelvis --views 2 --arc 30 --output case",
+        "--sample pelvis --views 2 --arc 30 --output case",
     )
     parser.add_argument("--output", type=Path, required=True, metavar="DIR", help="new or empty folder")
     parser.add_argument("--sample", choices=tuple(SAMPLES), help="use a public CT in place of the next three")

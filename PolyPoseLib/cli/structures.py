@@ -19,7 +19,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         subparsers,
         "structures",
         "propose structures and an anchor from a segmentation's labels",
-        "python -m PolyPoseLib structures labels.nii.gz --label-table totalsegmentator_v2",
+        "labels.nii.gz --label-table totalsegmentator_v2",
     )
     parser.add_argument("segmentation", type=Path, help="label map, or .seg.nrrd with names")
     parser.add_argument("--label-table", choices=TABLES, help="whose numbers a plain label map holds")

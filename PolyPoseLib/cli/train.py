@@ -23,7 +23,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         subparsers,
         "train",
         "train a model that tells the first camera of X-rays of this CT, from renderings of it alone",
-        "python -m PolyPoseLib train case/study.json --output case/model.pt --minutes 30",
+        "case/study.json --output case/model.pt --minutes 30",
     )
     parser.add_argument(
         "study",

@@ -346,8 +346,8 @@ def _frame_pixels(slices: Sequence[Slice]) -> np.ndarray:
         frames = whole.pixel_array
     except Exception as error:
         raise InputError(
-            f"{slices[0].path}: the frames cannot be decompressed: install the codecs (pip install "
-            "'polypose[codecs]') or export without compression."
+            f"{slices[0].path}: the frames cannot be decompressed: pip install pylibjpeg "
+            "pylibjpeg-libjpeg pylibjpeg-openjpeg pylibjpeg-rle, or export without compression."
         ) from error
     try:
         groups = whole.PerFrameFunctionalGroupsSequence

@@ -44,7 +44,7 @@ def draw_report(result: Result) -> Figure:
         from matplotlib.figure import Figure
     except ImportError as error:
         raise InputError(
-            "The report needs matplotlib: install it with pip install 'polypose[report]'."
+            "The report needs matplotlib, which is not installed: pip install matplotlib."
         ) from error
     views = len(result.cameras)
     row_inches = _COLUMN_INCHES * _tallest(result)

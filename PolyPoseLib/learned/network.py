@@ -74,7 +74,7 @@ def _backbone(architecture: Architecture) -> ResNet:
         from monai.networks.nets import ResNet
     except ImportError as error:
         raise InputError(
-            'Learned cameras need the package MONAI, which is missing: pip install "polypose[learned]".'
+            "Learned cameras need the package MONAI, which is not installed: pip install monai."
         ) from error
     return ResNet(
         "basic",

@@ -43,7 +43,9 @@ def test_type_checkers_are_told_what_python_does():
         for alias in each.names:
             module = import_module(each.module)
             declared[alias.asname or alias.name] = getattr(module, alias.name)
-    assert declared == {name: getattr(PolyPoseLib, name) for name in PolyPoseLib.__all__ if name != "__version__"}
+    assert declared == {
+        name: getattr(PolyPoseLib, name) for name in PolyPoseLib.__all__ if name != "__version__"
+    }
 
 
 def test_the_page_of_the_api_lists_every_public_name():

@@ -53,7 +53,12 @@ class PackagingTest(SlicerTestCase):
         self.run_command("cmake", "--install", str(build), "--prefix", str(self.folder / "installed"))
         installed = self.folder / "installed" / "lib" / "Slicer" / "qt-scripted-modules"
         packaged = {str(path.relative_to(installed)) for path in installed.rglob("*") if path.is_file()}
-        for name in ("PolyPose.py", "PolyPoseSlicer/process/job.py", "Resources/requirements.txt"):
+        for name in (
+            "PolyPose.py",
+            "PolyPoseSlicer/process/job.py",
+            "Resources/requirements.txt",
+            "PolyPoseLib/py.typed",
+        ):
             self.assertIn(name, packaged)
         for path in (REPOSITORY / "PolyPoseLib").rglob("*.py"):
             self.assertIn(str(path.relative_to(REPOSITORY)), packaged)

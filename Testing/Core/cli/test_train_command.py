@@ -165,4 +165,4 @@ def test_no_model_and_no_monai(study, capsys, monkeypatch):
     assert "--model" in capsys.readouterr().err
     monkeypatch.setitem(sys.modules, "monai.networks.nets", None)
     assert run("train", study, "--output", str(study.with_name("model.pt"))) == 2
-    assert 'pip install "polypose[learned]"' in capsys.readouterr().err
+    assert "pip install monai" in capsys.readouterr().err
