@@ -1,9 +1,8 @@
-"""Opening one DICOM X-ray safely and looking up its attributes for one frame."""
+"""Open DICOM files safely: quietly, with a known transfer syntax, and no larger than an image can be."""
 
 from __future__ import annotations
 
 import logging
-import math
 import re
 import warnings
 import zlib
@@ -12,11 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from PolyPoseLib.data.notes import Notes
 from PolyPoseLib.errors import InputError
-
-if TYPE_CHECKING:
-    from pydicom.dataset import Dataset
 
 if TYPE_CHECKING:
     from pydicom.dataset import Dataset
@@ -27,9 +22,10 @@ XRAY_MODALITIES = ("XA", "RF", "CR", "DX", "MG", "RTIMAGE", "IO", "PX", "RG", "D
 MAX_PIXELS = 1 << 26
 """Largest frame that is decoded: 8192 x 8192, more than any detector has."""
 
-_DEFLATED = ("1.2.840.10008.1.2.1.99",)
 MAX_INFLATED_BYTES = 1 << 30
 """Most that a deflated file may hold."""
+
+_DEFLATED = ("1.2.840.10008.1.2.1.99",)
 
 
 @contextmanager
@@ -153,110 +149,6 @@ def _refuse_inflating(path: Path, where: str) -> None:
                 )
 
 
-def choose_frame(dataset: Dataset, frame: int | None, notes: Notes) -> int:
-    """Frame to use, counted from 0: the one asked for, or the middle one with a warning.
-
-    Raises:
-        InputError: the frame asked for does not exist.
-
-    """
-    try:
-        count = max(int(dataset.get("NumberOfFrames") or 1), 1)
-    except (TypeError, ValueError):
-        count = 1
-    if frame is not None:
-        if not 0 <= frame < count:
-            raise InputError(
-                f'{notes.where} has {count} frame{"s" * (count > 1)}, so "frame" {frame} does not exist; give '
-                f"a number from 0 to {count - 1}."
-            )
-        if count > 1:
-            notes.say(f"frame {frame} of {count} (counted from 0) as asked")
-        return frame
-    if count > 1:
-        notes.say(f"frame {count // 2} of {count} (counted from 0), the middle one")
-        notes.warn(
-            f'{count} frames and none chosen: the middle one, {count // 2} (counted from 0), is used; add "frame" '
-            "to choose another."
-        )
-    return count // 2 if count > 1 else 0
-
-
-class XrayTags:
-    """Attributes that hold for one frame: per frame, then shared functional groups, then the file.
-
-    Values that are empty or unreadable count as absent.
-    """
-
-    def __init__(self, dataset: Dataset, frame: int = 0) -> None:
-        """Take the dataset and the frame, counted from 0."""
-        self.dataset = dataset
-        self.frame = frame
-        self._groups = [
-            group
-            for name, index in (
-                ("PerFrameFunctionalGroupsSequence", frame),
-                ("SharedFunctionalGroupsSequence", 0),
-            )
-            for group in self._macro_items(name, index)
-        ]
-
-    def _macro_items(self, name: str, index: int) -> list[Dataset]:
-        """First items of the macros of one functional group."""
-        groups = self.raw(name, self.dataset) or []
-        if index >= len(groups):
-            return []
-        return [element.value[0] for element in groups[index] if element.VR == "SQ" and len(element.value)]
-
-    @staticmethod
-    def raw(keyword: str, dataset: Dataset) -> Any:
-        """Value of one attribute of one dataset, None when absent, empty or unreadable."""
-        with quiet_pydicom():
-            try:
-                value = dataset.get(keyword)
-            except Exception:
-                return None
-        return None if value is None or (isinstance(value, str) and not value.strip()) else value
-
-    def value(self, keyword: str) -> Any:
-        """Value that holds for the frame, or None."""
-        for dataset in (*self._groups, self.dataset):
-            found = self.raw(keyword, dataset)
-            if found is not None:
-                return found
-        return None
-
-    def text(self, keyword: str) -> str:
-        """Value as upper-case text, "" when absent; the values of a list are joined by a backslash."""
-        found = self.value(keyword)
-        if found is None:
-            return ""
-        return "\\".join(self.texts(keyword)) if not isinstance(found, str) else found.strip().upper()
-
-    def texts(self, keyword: str) -> tuple[str, ...]:
-        """Values as upper-case texts."""
-        found = self.value(keyword)
-        if found is None:
-            return ()
-        parts = [found] if isinstance(found, str | int | float) else list(found)
-        return tuple(str(part).strip().upper() for part in parts)
-
-    def numbers(self, keyword: str, count: int | None = None) -> tuple[float, ...] | None:
-        """Finite numbers of an attribute, None when absent, not numbers, or not `count` of them."""
-        try:
-            numbers = tuple(float(part) for part in self.texts(keyword))
-        except ValueError:
-            return None
-        if not numbers or not all(map(math.isfinite, numbers)) or count not in (None, len(numbers)):
-            return None
-        return numbers
-
-    def number(self, keyword: str) -> float | None:
-        """First finite number of an attribute, or None."""
-        numbers = self.numbers(keyword)
-        return numbers[0] if numbers else None
-
-
 def refuse_short(dataset: Dataset, where: str) -> None:
     """Compare the length of uncompressed pixel data with what the header promises; raises InputError.
 
@@ -277,3 +169,13 @@ def refuse_short(dataset: Dataset, where: str) -> None:
             f"{where} is cut short: its header promises {expected} bytes of pixels and it holds "
             f"{len(dataset.PixelData)}; copy the file again."
         )
+
+
+def raw_value(keyword: str, dataset: Any) -> Any:
+    """Value of one attribute of a dataset or a mapping, None when absent, empty or unreadable."""
+    with quiet_pydicom():
+        try:
+            value = dataset.get(keyword)
+        except Exception:  # pydicom raises nearly every kind for values that are none
+            return None
+    return None if value is None or (isinstance(value, str) and not value.strip()) else value

@@ -14,7 +14,7 @@ import numpy as np
 from PolyPoseLib.data.shear import SHEAR_FIX, SHEAR_TOLERANCE_MM
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.dicom import XrayTags, complete_meta, quiet_pydicom, refuse_short
+from PolyPoseLib.io.dicom import complete_meta, quiet_pydicom, raw_value, refuse_short
 from PolyPoseLib.io.files import refuse_special_file
 
 MAX_FILES = 20_000
@@ -197,7 +197,7 @@ def _listing(groups: dict[str, list[tuple[Path, Any]]]) -> str:
 
 def _text(header: Any, tag: str, absent: str = "") -> str:
     """An attribute as text; absent where it is missing or unreadable."""
-    value = XrayTags.raw(tag, header)
+    value = raw_value(tag, header)
     return absent if value is None else str(value).strip()
 
 
@@ -219,7 +219,7 @@ def _whole(file: Path, header: Any, tag: str, absent: int | None = None) -> int:
 
 def _is_localizer(header: Any) -> bool:
     """Whether an image is a scout view, by Image Type (0008,0008)."""
-    kind = XrayTags.raw("ImageType", header) or []
+    kind = raw_value("ImageType", header) or []
     return "LOCALIZER" in ([kind] if isinstance(kind, str) else list(kind))
 
 
@@ -238,8 +238,8 @@ def _enhanced_slices(file: Path, header: Any) -> list[Slice]:
     import pydicom
 
     whole = _whole_file(file)
-    shared = XrayTags.raw("SharedFunctionalGroupsSequence", whole) or [pydicom.Dataset()]
-    frames = XrayTags.raw("PerFrameFunctionalGroupsSequence", whole) or []
+    shared = raw_value("SharedFunctionalGroupsSequence", whole) or [pydicom.Dataset()]
+    frames = raw_value("PerFrameFunctionalGroupsSequence", whole) or []
     if len(frames) != _whole(file, header, "NumberOfFrames"):
         raise InputError(
             f"{file}: the multi-frame image has no position for each frame: export single slices."
@@ -254,9 +254,9 @@ def _enhanced_slices(file: Path, header: Any) -> list[Slice]:
         ):
             for tag in tags:
                 for source in (frame, shared[0]):
-                    macro = XrayTags.raw(group, source)
+                    macro = raw_value(group, source)
                     if macro and tag in macro[0]:
-                        place.setdefault(tag, XrayTags.raw(tag, macro[0]))
+                        place.setdefault(tag, raw_value(tag, macro[0]))
         slices.append(_slice(file, header, place, number))
     return slices
 
@@ -266,7 +266,7 @@ def _slice(file: Path, header: Any, place: Any, frame: int | None) -> Slice:
     wanted = (("ImagePositionPatient", 3), ("ImageOrientationPatient", 6), ("PixelSpacing", 2))
     numbers = {}
     for tag, length in wanted:
-        value = XrayTags.raw(tag, place)
+        value = raw_value(tag, place)
         try:
             numbers[tag] = np.array([float(each) for each in value], dtype=np.float64)
         except (TypeError, ValueError):

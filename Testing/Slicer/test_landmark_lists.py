@@ -235,8 +235,8 @@ class EntryTest(SlicerTestCase):
         return json.loads(json.dumps(replace(self.source, way=way, **changes).entry("x.nrrd", None)))
 
     def test_landmarks_of_the_scene_give_the_core_the_true_camera(self) -> None:
-        from PolyPoseLib.data.landmarks import parse_landmarks
         from PolyPoseLib.geometry.pnp import camera_from_landmarks
+        from PolyPoseLib.io.xray.landmarks import parse_landmarks
 
         entry = self.entry(CameraSource.LANDMARKS)
         self.assertFalse({"extrinsic", "standard_view", "camera"} & entry.keys())

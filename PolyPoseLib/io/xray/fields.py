@@ -2,57 +2,93 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from PolyPoseLib.data.landmarks import FARTHEST, Landmarks, parse_landmarks
+from PolyPoseLib.data.landmarks import Landmarks
 from PolyPoseLib.data.xray import CAMERA_STATES, DISTANCE_RANGE_MM
-from PolyPoseLib.errors import InputError, shown
+from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import require_intrinsics
 from PolyPoseLib.geometry.carm import PATIENT_POSITIONS
 from PolyPoseLib.geometry.rigid import is_real_number, require_rigid
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS
+from PolyPoseLib.io.json_records import (
+    Record,
+    boolean,
+    file_path,
+    nonempty,
+    number_in,
+    numbers,
+    one_of,
+    string,
+    whole_number,
+)
 from PolyPoseLib.io.xray.intensity import INTENSITIES
+from PolyPoseLib.io.xray.landmarks import FARTHEST, parse_landmarks
 
 CALIBRATION_FRAMES = ("own", "ct")
+"""Worlds that a calibration's pose may start from: its own, or the CT's."""
 
 SPACING_RANGE_MM = (0.005, 10.0)
+"""Pitches of a detector's pixels."""
 
 
 @dataclass(frozen=True)
 class XrayFields:
     """What study.json says about one X-ray; None where it says nothing.
 
-    Attributes:
-        name: shown to people.
-        source_to_detector_mm: distance from the source to the detector's plane.
-        pixel_spacing_mm: at the detector, (between rows, between columns), DICOM's order.
-        principal_point_px: (column, row) in the file's own pixels, centres at whole numbers.
-        intrinsics: K (3, 3) in the file's own pixels; takes the place of distance, spacing and principal
-            point.
-        extrinsic: (4, 4) world LPS mm to camera, for the image as seen from the source.
-        camera: "known", "initial" or "absent".
-        frame: image of a run or stack, counted from 0.
-        mask: path of an image whose pixels that are not zero are used; a Path is taken as it is.
-        intensity: one of INTENSITIES.
-        unattenuated: pixel value of the direct beam (I0).
-        mirrored: whether the file shows the detector's side; None leaves it to DICOM.
-        isocenter_mm: (3,) LPS, the point of the patient at the isocentre.
-        source_to_isocenter_mm: distance from the source to the isocentre.
-        primary_angle_deg: positive toward LAO.
-        secondary_angle_deg: positive toward CRA.
-        patient_position: "HFS" and so on, how the patient lay under a stand with these angles.
-        standard_view: one of STANDARD_VIEWS, around which the camera is searched.
-        landmarks: points in the CT and in the file's own pixels, from which the camera is computed.
-        calibration: path of a calibrated camera (imaging.calibration); a Path is taken as it is.
-        calibration_frame: "ct" when its rotation and translation start from the CT's LPS mm, "own" (the default)
-            when they start from the calibration's world.
-        rig: name of the calibrated rig (a biplane stand, say) that took it; the cameras of one rig keep their relative
-            pose, which their calibrations tell, or else their extrinsics; all of them in the same world.
+    Attributes
+    ----------
+    name
+        Shown to people.
+    source_to_detector_mm
+        Distance from the source to the detector's plane.
+    pixel_spacing_mm
+        At the detector, (between rows, between columns), DICOM's order.
+    principal_point_px
+        (column, row) in the file's own pixels, centres at whole numbers.
+    intrinsics
+        K (3, 3) in the file's own pixels; takes the place of distance, spacing and principal point.
+    extrinsic
+        (4, 4) world LPS mm to camera, for the image as seen from the source.
+    camera
+        "known", "initial" or "absent".
+    frame
+        Image of a run or stack, counted from 0.
+    mask
+        Path of an image whose pixels that are not zero are used; a Path is taken as it is.
+    intensity
+        One of `INTENSITIES`.
+    unattenuated
+        Pixel value of the direct beam (I0).
+    mirrored
+        Whether the file shows the detector's side; None leaves it to DICOM.
+    isocenter_mm
+        (3,) LPS, the point of the patient at the isocentre.
+    source_to_isocenter_mm
+        Distance from the source to the isocentre.
+    primary_angle_deg
+        Positive toward LAO.
+    secondary_angle_deg
+        Positive toward CRA.
+    patient_position
+        "HFS" and so on, how the patient lay under a stand with these angles.
+    standard_view
+        One of `STANDARD_VIEWS`, around which the camera is searched.
+    landmarks
+        Points in the CT and in the file's own pixels, from which the camera is computed.
+    calibration
+        Path of a calibrated camera (`PolyPoseLib.io.xray.calibration`); a Path is taken as it is.
+    calibration_frame
+        "ct" when its rotation and translation start from the CT's LPS mm, "own" (the default) when they start from
+        the calibration's world.
+    rig
+        Name of the calibrated rig (a biplane stand, say) that took it; the cameras of one rig keep their relative
+        pose, which comes from their calibrations, or else from their extrinsics; all of them in the same world.
 
     """
 
@@ -83,39 +119,48 @@ class XrayFields:
     def parse(entry: Mapping[str, Any], where: str) -> XrayFields:
         """Validate an entry; fields that are null count as absent and fields of others are left alone.
 
-        Args:
-            entry: the JSON object.
-            where: opening of the sentences of errors.
+        Parameters
+        ----------
+        entry
+            The JSON object.
+        where
+            Opening of the sentences of errors.
 
-        Raises:
-            InputError: a field that breaks its rule, named with the rule.
+        Raises
+        ------
+        InputError
+            A field that breaks its rule, named with the rule.
 
         """
-        reader = _Reader(entry, where)
-        extrinsic = reader.get("extrinsic")
+        record = Record(entry, f"{where}: ")
+        distance = number_in(DISTANCE_RANGE_MM, "millimetres")
         return XrayFields(
-            name=reader.text("name"),
-            source_to_detector_mm=reader.number("source_to_detector_mm", DISTANCE_RANGE_MM, "millimetres"),
-            pixel_spacing_mm=reader.pixel_spacing(),
-            principal_point_px=reader.numbers("principal_point_px", 2, "[column, row] in pixels", FARTHEST),
-            extrinsic=None if extrinsic is None else require_rigid(extrinsic, f'{where}: "extrinsic"'),
-            camera=reader.choice("camera", CAMERA_STATES),
-            intrinsics=reader.intrinsics(),
-            frame=reader.frame(),
-            mask=reader.path("mask"),
-            intensity=reader.intensity(),
-            unattenuated=reader.number("unattenuated", (1e-12, 1e12), "a pixel value"),
-            mirrored=reader.flag("mirrored"),
-            isocenter_mm=reader.numbers("isocenter_mm", 3, "[x, y, z], LPS millimetres", FARTHEST),
-            source_to_isocenter_mm=reader.number("source_to_isocenter_mm", DISTANCE_RANGE_MM, "millimetres"),
-            primary_angle_deg=reader.number("primary_angle_deg", (-180, 180), "degrees, LAO positive"),
-            secondary_angle_deg=reader.number("secondary_angle_deg", (-90, 90), "degrees, CRA positive"),
-            patient_position=reader.choice("patient_position", PATIENT_POSITIONS),
-            standard_view=reader.choice("standard_view", tuple(STANDARD_VIEWS)),
-            landmarks=parse_landmarks(reader.get("landmarks"), where),
-            calibration=reader.path("calibration"),
-            calibration_frame=reader.choice("calibration_frame", CALIBRATION_FRAMES),
-            rig=reader.label("rig"),
+            name=record.optional("name", string),
+            source_to_detector_mm=record.optional("source_to_detector_mm", distance),
+            pixel_spacing_mm=record.optional("pixel_spacing_mm", _pixel_spacing),
+            principal_point_px=record.optional("principal_point_px", _point_2d),
+            intrinsics=record.optional("intrinsics", require_intrinsics),
+            extrinsic=record.optional("extrinsic", require_rigid),
+            camera=record.optional("camera", one_of(CAMERA_STATES)),
+            frame=record.optional("frame", whole_number(0, "counted from 0")),
+            mask=record.optional("mask", file_path),
+            intensity=_intensity(record),
+            unattenuated=record.optional("unattenuated", number_in((1e-12, 1e12), "a pixel value")),
+            mirrored=record.optional("mirrored", boolean),
+            isocenter_mm=record.optional("isocenter_mm", _point_3d),
+            source_to_isocenter_mm=record.optional("source_to_isocenter_mm", distance),
+            primary_angle_deg=record.optional(
+                "primary_angle_deg", number_in((-180, 180), "degrees, LAO positive")
+            ),
+            secondary_angle_deg=record.optional(
+                "secondary_angle_deg", number_in((-90, 90), "degrees, CRA positive")
+            ),
+            patient_position=record.optional("patient_position", one_of(PATIENT_POSITIONS)),
+            standard_view=record.optional("standard_view", one_of(tuple(STANDARD_VIEWS))),
+            landmarks=record.optional("landmarks", parse_landmarks),
+            calibration=record.optional("calibration", file_path),
+            calibration_frame=record.optional("calibration_frame", one_of(CALIBRATION_FRAMES)),
+            rig=record.optional("rig", nonempty),
         )
 
 
@@ -123,104 +168,34 @@ FIELDS = (*XrayFields.__dataclass_fields__, "image", "polarity")
 """Every key that an X-ray's entry may have as far as reading the image is concerned."""
 
 
-class _Reader:
-    """Reads typed values from a JSON object."""
+def _point_2d(value: Any, place: str) -> tuple[float, float]:
+    """Parse a point of the image."""
+    column, row = numbers(2, "[column, row] in pixels", FARTHEST)(value, place)
+    return column, row
 
-    def __init__(self, entry: Mapping[str, Any], where: str) -> None:
-        if not isinstance(entry, Mapping):
-            raise InputError(f'{where}: its entry is not an object; write {{"image": "..."}}.')
-        self.entry = entry
-        self.where = where
 
-    def get(self, key: str) -> Any:
-        return self.entry.get(key)
+def _point_3d(value: Any, place: str) -> tuple[float, float, float]:
+    """Parse a point of the patient."""
+    x, y, z = numbers(3, "[x, y, z], LPS millimetres", FARTHEST)(value, place)
+    return x, y, z
 
-    def fail(self, key: str, rule: str) -> InputError:
-        return InputError(f'{self.where}: "{key}" is {shown(self.get(key))}; give {rule}.')
 
-    def label(self, key: str) -> str | None:
-        value = self.text(key)
-        if value is not None and not value.strip():
-            raise self.fail(key, "a name that is not empty")
-        return value
+def _pixel_spacing(value: Any, place: str) -> tuple[float, float]:
+    """Parse one spacing for both directions, or [between rows, between columns]."""
+    unit = "millimetres at the detector"
+    pair = (value, value) if is_real_number(value) else value
+    rows, columns = numbers(2, f"[between rows, between columns], {unit}")(pair, place)
+    spacing = number_in(SPACING_RANGE_MM, unit)
+    return spacing(rows, place), spacing(columns, place)
 
-    def text(self, key: str) -> str | None:
-        value = self.get(key)
-        if value is not None and not isinstance(value, str):
-            raise self.fail(key, "a text")
-        return value
 
-    def path(self, key: str) -> str | Path | None:
-        value = self.get(key)
-        if value is not None and not (isinstance(value, str | Path) and str(value).strip()):
-            raise self.fail(key, "the path of a file")
-        return value
-
-    def choice(self, key: str, choices: Sequence[str]) -> str | None:
-        value = self.get(key)
-        if value is not None and value not in choices:
-            raise self.fail(key, "one of " + ", ".join(f'"{choice}"' for choice in choices))
-        return value
-
-    def flag(self, key: str) -> bool | None:
-        value = self.get(key)
-        if value is not None and not isinstance(value, bool):
-            raise self.fail(key, "true or false")
-        return value
-
-    def number(self, key: str, bounds: tuple[float, float], unit: str) -> float | None:
-        value = self.get(key)
-        if value is None:
-            return None
-        if not is_real_number(value) or not bounds[0] <= value <= bounds[1]:
-            raise self.fail(key, f"a number from {bounds[0]:g} to {bounds[1]:g} ({unit})")
-        return float(value)
-
-    def numbers(
-        self, key: str, count: int, meaning: str, largest: float | None = None
-    ) -> tuple[float, ...] | None:
-        value = self.get(key)
-        if value is None:
-            return None
-        items = list(value) if isinstance(value, list | tuple | np.ndarray) else []
-        if len(items) != count or not all(map(is_real_number, items)):
-            raise self.fail(key, f"{count} finite numbers: {meaning}")
-        if largest is not None and max(abs(item) for item in items) > largest:
-            raise self.fail(key, f"{count} numbers from {-largest:g} to {largest:g}: {meaning}")
-        return tuple(float(item) for item in items)
-
-    def pixel_spacing(self) -> tuple[float, float] | None:
-        key = "pixel_spacing_mm"
-        value = self.get(key)
-        spacing = (
-            (float(value),) * 2
-            if is_real_number(value)
-            else self.numbers(key, 2, "[between rows, between columns], millimetres at the detector")
+def _intensity(record: Record) -> str | None:
+    """The field "intensity", which "polarity" is another name of."""
+    intensity = record.optional("intensity", one_of(INTENSITIES))
+    polarity = record.optional("polarity", one_of(INTENSITIES))
+    if intensity is not None and polarity is not None and intensity != polarity:
+        raise InputError(
+            f'{record.opening}"intensity" is "{intensity}" and "polarity" is "{polarity}"; '
+            "they mean the same, give one."
         )
-        low, high = SPACING_RANGE_MM
-        if spacing is not None and not all(low <= item <= high for item in spacing):
-            raise self.fail(
-                key, f"[between rows, between columns] from {low:g} to {high:g} millimetres at the detector"
-            )
-        return spacing
-
-    def intrinsics(self) -> np.ndarray | None:
-        value = self.get("intrinsics")
-        if value is None:
-            return None
-        return require_intrinsics(value, f'{self.where}: "intrinsics"')
-
-    def frame(self) -> int | None:
-        value = self.get("frame")
-        if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 0):
-            raise self.fail("frame", "a whole number, counted from 0")
-        return value
-
-    def intensity(self) -> str | None:
-        intensity, polarity = self.choice("intensity", INTENSITIES), self.choice("polarity", INTENSITIES)
-        if None not in (intensity, polarity) and intensity != polarity:
-            raise InputError(
-                f'{self.where}: "intensity" is "{intensity}" and "polarity" is "{polarity}"; '
-                "they mean the same, give one."
-            )
-        return intensity or polarity
+    return intensity or polarity

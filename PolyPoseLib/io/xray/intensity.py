@@ -22,7 +22,7 @@ import numpy as np
 
 from PolyPoseLib.data.notes import Notes
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.dicom import XrayTags
+from PolyPoseLib.io.xray.tags import XrayTags
 
 INTENSITIES = ("attenuation", "transmission", "log_transmission", "line_integral")
 """Values of the field "intensity" (or "polarity")."""
@@ -32,68 +32,6 @@ NOMINAL_SPAN = 5.0
 
 PRIVATE_GROUP, PRIVATE_CREATOR = 0x0011, "POLYPOSE"
 """Private block of simulated images: element 1 is I0; 2 and 3 are slope and intercept to line integrals."""
-
-_FLUOROSCOPY = ("XA", "RF", "XC")
-
-
-def intensity_of_tags(tags: XrayTags, order: int, notes: Notes) -> str:
-    """Decide what the values of a DICOM frame mean (PS3.3 C.8.11.3.1.2, C.8.7.1).
-
-    The Pixel Intensity Relationship (0028,1040) and its Sign (0028,1041) describe stored values and count
-    first; fluoroscopy without a sign rises with the beam. Images that a radiograph's vendor processed for
-    presentation are never taken as proportional to the beam, and their sign yields to the display, where
-    bone is bright. Without the relationship, fluoroscopy is dark behind bone, and radiographs and RT images
-    bright behind bone once MONOCHROME1 or the presentation LUT's INVERSE is undone.
-
-    Args:
-        tags: the frame's attributes.
-        order: 1 when the values rise with the stored ones after the Modality LUT, -1 when they fall.
-        notes: receives the decision and its doubts.
-
-    Returns:
-        One of the meanings in this module's description.
-
-    """
-    modality, relationship = tags.text("Modality"), tags.text("PixelIntensityRelationship")
-    sign = tags.number("PixelIntensityRelationshipSign")
-    fluoroscopy = modality in _FLUOROSCOPY
-    photometric = tags.text("PhotometricInterpretation")
-    inverted = photometric == "MONOCHROME1" or tags.text("PresentationLUTShape") == "INVERSE"
-    presented = tags.text("PresentationIntentType") == "FOR PRESENTATION"
-    if fluoroscopy and inverted:
-        notes.warn(
-            f"{modality} images are MONOCHROME2, this one is {photometric}: bone is taken as dark in the stored "
-            'values; if that is wrong, add "intensity": "attenuation".'
-        )
-    display_sign = 1 if fluoroscopy or inverted else -1
-    if relationship in ("LIN", "LOG"):
-        stated = int(sign) if sign in (1, -1) else None
-        beam_sign = stated or (1 if fluoroscopy else display_sign)
-        if stated and presented and not fluoroscopy and stated != display_sign:
-            beam_sign = display_sign
-            notes.warn(
-                f"the intensity relationship's sign (0028,1041) {stated:+d} contradicts {photometric}, which shows "
-                'bone bright; the display is believed; if that is wrong, add "intensity".'
-            )
-        why = f"pixel intensity relationship {relationship}, sign {beam_sign:+d}"
-        linearised = (
-            relationship == "LOG" and fluoroscopy and XrayTags.raw("ModalityLUTSequence", tags.dataset)
-        )
-        if (relationship == "LIN" and not presented) or linearised:
-            rising = 1 if linearised else beam_sign * order
-            notes.say(f"intensity: {why}{', made linear by the Modality LUT' if linearised else ''}")
-            return "transmission" if rising > 0 else "inverse_transmission"
-        why += ", processed for presentation" if presented else ""
-    else:
-        beam_sign = display_sign
-        why = f"{modality or 'unknown modality'}, {photometric or 'unknown photometric interpretation'}"
-        why += ", display values" if relationship == "DISP" else ", no pixel intensity relationship"
-        notes.warn(
-            f"bone is taken as {'dark' if beam_sign > 0 else 'bright'} in the stored values ({why}); if that is "
-            'wrong, add "intensity".'
-        )
-    notes.say(f"intensity: {why}")
-    return "log_transmission" if beam_sign * order > 0 else "attenuation"
 
 
 def own_calibration(tags: XrayTags) -> dict[str, float]:

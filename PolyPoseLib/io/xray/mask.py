@@ -6,8 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from PolyPoseLib.data.notes import Notes
-from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.dicom import XrayTags
+from PolyPoseLib.io.xray.tags import XrayTags
 
 SMALLEST_SHARE = 0.05
 """A shape that leaves less than this share of the image is taken for nonsense and ignored."""
@@ -79,11 +78,11 @@ def _rectangle(tags: XrayTags, kind: str, shape: tuple[int, int]) -> np.ndarray 
 
 def _circle(tags: XrayTags, kind: str, shape: tuple[int, int]) -> np.ndarray | None:
     """Pixels within the radius, which counts columns (pixels along the row direction)."""
-    center = tags.numbers(f"CenterOfCircular{kind}", 2)
+    center = tags.pair(f"CenterOfCircular{kind}")
     radius = tags.number(f"RadiusOfCircular{kind}")
     if center is None or not radius or radius <= 0:
         return None
-    spacing = tags.numbers("ImagerPixelSpacing", 2) or tags.numbers("PixelSpacing", 2) or (1.0, 1.0)
+    spacing = tags.pair("ImagerPixelSpacing") or tags.pair("PixelSpacing") or (1.0, 1.0)
     aspect = spacing[0] / spacing[1] if min(spacing) > 0 else 1.0
     row, column = np.ogrid[1 : shape[0] + 1, 1 : shape[1] + 1]
     return ((row - center[0]) * aspect) ** 2 + (column - center[1]) ** 2 <= radius**2
@@ -138,9 +137,9 @@ def _padding(tags: XrayTags, stored: np.ndarray) -> np.ndarray | None:
 
 def _touching_edge(region: np.ndarray, smallest: int = 1) -> np.ndarray:
     """Connected parts of a region (H, W) that touch the image's edge and have `smallest` pixels or more."""
-    labels, count = ndimage.label(region)
-    if not count:
-        return np.zeros_like(region)
+    labels = np.zeros(region.shape, dtype=np.int32)
+    ndimage.label(region, output=labels)
+    count = int(labels.max())
     edge = np.zeros(count + 1, dtype=bool)
     for side in (labels[0], labels[-1], labels[:, 0], labels[:, -1]):
         edge[side] = True
@@ -172,7 +171,7 @@ def border_mask(values: np.ndarray, blocked: str, processed: bool, notes: Notes)
     extremes = {"low": values <= low + tolerance, "high": values >= high - tolerance}
     border = _touching_edge(extremes[blocked], max(int(0.005 * values.size), 16))
     if border.any():
-        border = ndimage.binary_dilation(border, iterations=2)
+        border = np.asarray(ndimage.binary_dilation(border, iterations=2), dtype=bool)
     if processed:
         border |= _full_lines(extremes["high" if blocked == "low" else "low"])
     share = float(border.mean())
@@ -200,22 +199,3 @@ def _full_lines(region: np.ndarray) -> np.ndarray:
         view[:before] = True
         view[len(plain) - after :] = True
     return border
-
-
-def given_mask(pixels: np.ndarray, shape: tuple[int, int], notes: Notes) -> np.ndarray:
-    """Mask (H, W) bool from the field "mask": not zero is used.
-
-    Raises:
-        InputError: another size than the image, or nothing left.
-
-    """
-    if pixels.shape != shape:
-        raise InputError(
-            f'{notes.where}: the "mask" has {pixels.shape[0]} x {pixels.shape[1]} pixels and the image {shape[0]} x '
-            f"{shape[1]}; give a mask of the image's size."
-        )
-    mask = pixels != 0
-    if mask.mean() < 0.001:
-        raise InputError(f'{notes.where}: the "mask" leaves no pixels; mark what is to be used with 1.')
-    notes.say(f"mask: as given, removes {1 - mask.mean():.1%}")
-    return mask

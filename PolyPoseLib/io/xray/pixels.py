@@ -11,7 +11,8 @@ import numpy as np
 
 from PolyPoseLib.data.notes import Notes
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.dicom import XrayTags, quiet_pydicom, refuse_short
+from PolyPoseLib.io.dicom import quiet_pydicom, raw_value, refuse_short
+from PolyPoseLib.io.xray.tags import XrayTags
 
 if TYPE_CHECKING:
     from pydicom.dataset import Dataset
@@ -59,7 +60,7 @@ def stored_pixels(tags: XrayTags, notes: Notes) -> np.ndarray:
 
 def _decode(dataset: Dataset, frame: int, where: str) -> np.ndarray:
     """Decode one frame, (H, W) or (H, W, samples)."""
-    from pydicom.pixels import get_decoder
+    from pydicom.pixels.decoders.base import get_decoder
 
     syntax = dataset.file_meta.TransferSyntaxUID
     try:
@@ -140,7 +141,7 @@ def apply_modality(stored: np.ndarray, tags: XrayTags, notes: Notes) -> tuple[np
         InputError: the LUT cannot be read or makes the image constant.
 
     """
-    sequence = XrayTags.raw("ModalityLUTSequence", tags.dataset)
+    sequence = raw_value("ModalityLUTSequence", tags.dataset)
     if sequence:
         values = _lookup(stored, sequence[0], notes.where)
         notes.say("Modality LUT sequence applied")

@@ -149,13 +149,13 @@ def _encoded(
 def _identified(stored: np.ndarray, description: str, study: str) -> Dataset:
     """Dataset with file meta information, an anonymous patient, and identifiers made from the content."""
     from pydicom.dataset import Dataset, FileMetaDataset
-    from pydicom.uid import generate_uid
+    from pydicom.uid import UID, generate_uid
 
     digest = hashlib.sha256(stored.tobytes() + description.encode()).hexdigest()
     dataset = Dataset()
     dataset.file_meta = FileMetaDataset()
-    dataset.file_meta.MediaStorageSOPClassUID = _XA_STORAGE
-    dataset.file_meta.TransferSyntaxUID = _EXPLICIT_LITTLE_ENDIAN
+    dataset.file_meta.MediaStorageSOPClassUID = UID(_XA_STORAGE)
+    dataset.file_meta.TransferSyntaxUID = UID(_EXPLICIT_LITTLE_ENDIAN)
     dataset.SOPClassUID = _XA_STORAGE
     dataset.SOPInstanceUID = generate_uid(entropy_srcs=["image", digest])
     dataset.file_meta.MediaStorageSOPInstanceUID = dataset.SOPInstanceUID

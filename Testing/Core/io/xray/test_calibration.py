@@ -8,14 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.io.xray.calibration import (
-    Calibration,
-    decompose_projection,
-    distort,
-    read_calibration,
-    require_in_front,
-    undistorted,
-)
+from PolyPoseLib.io.xray.calibration import read_calibration
 
 
 def camera(seed):
@@ -26,15 +19,6 @@ def camera(seed):
     focal = rng.uniform(1500, 3000, 2)
     intrinsics = np.array([[focal[0], 0, 510.5], [0, focal[1], 489.0], [0, 0, 1]])
     return Camera(intrinsics, extrinsic, 1000, 1024)
-
-
-@pytest.mark.parametrize("seed", range(20))
-@pytest.mark.parametrize("scale", [1.0, -1.0, 3e-4, -250.0])
-def test_a_projection_matrix_of_any_scale_and_sign_gives_its_camera(seed, scale):
-    true = camera(seed)
-    intrinsics, extrinsic = decompose_projection(scale * true.intrinsics @ true.extrinsic[:3])
-    np.testing.assert_allclose(intrinsics, true.intrinsics, rtol=1e-8, atol=1e-6)
-    np.testing.assert_allclose(extrinsic, true.extrinsic, atol=1e-6)
 
 
 @pytest.mark.parametrize("separator", [",", ";", " "])
@@ -58,17 +42,10 @@ def test_json_with_rows_upward_and_another_unit(tmp_path):
     path.write_text(json.dumps(fields))
     with pytest.raises(InputError, match="image_size"):
         read_calibration(path)
-    found = read_calibration(path, height=true.height)
+    path.write_text(json.dumps({**fields, "image_size": [true.height, true.width]}))
+    found = read_calibration(path)
     np.testing.assert_allclose(found.extrinsic, true.extrinsic, atol=1e-6)
-    require_in_front(found, np.zeros((1, 3)), "camera.json")
-
-
-def test_a_matrix_with_rows_upward_that_does_not_say_so_is_recognised():
-    true = camera(2)
-    upward = np.array([[1.0, 0, 0], [0, -1, true.height - 1], [0, 0, 1]])
-    found = Calibration(*decompose_projection(upward @ true.intrinsics @ true.extrinsic[:3]))
-    with pytest.raises(InputError, match="behind this camera"):
-        require_in_front(found, np.zeros((1, 3)), "camera.csv")
+    np.testing.assert_allclose(found.intrinsics, true.intrinsics, rtol=1e-8, atol=1e-6)
 
 
 def mayacam(true, **blocks):
@@ -136,13 +113,13 @@ BIG = "9" * 400
         (f'{{"intrinsics": {K}, "distortion": [[1, 2], [1, 2]]}}', '"distortion"'),
         (f'{{"intrinsics": {K}, "distortion": [true, 0, 0, 0]}}', '"distortion"'),
         (f'{{"intrinsics": {K}, "distortion": 0.1}}', '"distortion"'),
-        (f'{{"intrinsics": {K}, "distortion": [{BIG}, 0, 0, 0]}}', '"distortion"'),
-        (f'{{"intrinsics": {K.replace("400", BIG)}}}', '"intrinsics"'),
+        (f'{{"intrinsics": {K}, "distortion": [{BIG}, 0, 0, 0]}}', "whole number of 400 digits"),
+        (f'{{"intrinsics": {K.replace("400", BIG)}}}', "whole number of 400 digits"),
         (f'{{"intrinsics": {K.replace("31", "true")}}}', '"intrinsics"'),
         (f'{{"intrinsics": {K.replace("31", chr(34) + "31" + chr(34))}}}', '"intrinsics"'),
-        (f'{{"projection": {P.replace("400", BIG)}}}', '"projection"'),
-        (f'{{"projection": {P.replace("700", "7" * 5000)}}}', "too many digits"),
-        (f'{{"projection": {P}, "unit_mm": {BIG}}}', '"unit_mm"'),
+        (f'{{"projection": {P.replace("400", BIG)}}}', "whole number of 400 digits"),
+        (f'{{"projection": {P.replace("700", "7" * 5000)}}}', "whole number of 5000 digits"),
+        (f'{{"projection": {P}, "unit_mm": {BIG}}}', "whole number of 400 digits"),
         (f'{{"projection": {P}, "unit_mm": 1e308}}', '"unit_mm"'),
         (f'{{"projection": {P}, "unit_mm": 1e6}}', '"unit_mm"'),
         (f'{{"projection": {P}, "unit_mm": true}}', '"unit_mm"'),
@@ -154,7 +131,7 @@ BIG = "9" * 400
         (f'{{"projection": {P}, "image_size": [NaN, 64]}}', '"image_size"'),
         (f'{{"projection": {P}, "image_size": [1e300, 64]}}', '"image_size"'),
         (f'{{"projection": {P}, "image_size": [true, true]}}', '"image_size"'),
-        (f'{{"projection": {P}, "image_size": [{BIG}, 64]}}', '"image_size"'),
+        (f'{{"projection": {P}, "image_size": [{BIG}, 64]}}', "whole number of 400 digits"),
         ("[" * 100000, "nested too deeply"),
         ('{"a":' * 100000, "nested too deeply"),
     ],
@@ -181,37 +158,3 @@ def test_a_distortion_in_one_row_is_read(tmp_path):
     path = tmp_path / "camera.json"
     path.write_text(f'{{"intrinsics": {K}, "distortion": [[0.1, 0, 0, 0, -0.2]]}}')
     assert read_calibration(path).distortion == (0.1, 0, 0, 0, -0.2)
-
-
-def test_singular_matrices_are_no_cameras():
-    with pytest.raises(InputError, match="singular"):
-        decompose_projection(np.ones((3, 4)))
-
-
-@pytest.mark.parametrize("distortion", [(0.12, -0.03, 0.002, -0.001), (-0.2, 0.05, 0.0, 0.001, 0.01)])
-def test_undistortion_undoes_distortion(distortion):
-    intrinsics = np.array([[260.0, 0, 79.5], [0, 250.0, 59.5], [0, 0, 1]])
-    spots = np.array([[30.0, 20.0], [80.0, 60.0], [130.0, 95.0], [120.0, 30.0]])
-    ideal = np.column_stack([spots, np.ones(len(spots))]) @ np.linalg.inv(intrinsics).T
-    seen = np.column_stack([distort(ideal[:, :2], distortion), np.ones(len(spots))]) @ intrinsics.T
-    row, column = np.mgrid[0:120, 0:160]
-    image = sum(np.exp(-((column - c) ** 2 + (row - r) ** 2) / 8) for c, r, _ in seen)
-    straight, mask = undistorted(image, np.ones(image.shape, bool), intrinsics, distortion)
-    for c, r in spots:
-        near = np.exp(-((column - c) ** 2 + (row - r) ** 2) / 200) * straight
-        assert np.hypot((near * column).sum() / near.sum() - c, (near * row).sum() / near.sum() - r) < 0.3
-    assert mask[10:-10, 10:-10].all()
-
-
-def test_no_distortion_changes_nothing():
-    image = np.random.default_rng(0).random((40, 50)).astype(np.float32)
-    intrinsics = np.array([[260.0, 0, 24.5], [0, 250.0, 19.5], [0, 0, 1]])
-    straight, mask = undistorted(image, np.ones(image.shape, bool), intrinsics, np.zeros(5))
-    np.testing.assert_allclose(straight, image, atol=1e-5)
-    assert mask.all()
-
-
-def test_distortion_that_folds_is_refused():
-    intrinsics = np.array([[60.0, 0, 24.5], [0, 60.0, 19.5], [0, 0, 1]])
-    with pytest.raises(InputError, match="folds"):
-        undistorted(np.zeros((40, 50)), np.ones((40, 50), bool), intrinsics, [-9.0, 0, 0, 0])

@@ -8,9 +8,9 @@ from xray_samples import dataset, random_pixels, save
 
 from PolyPoseLib.data.notes import Notes
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.dicom import XrayTags
 from PolyPoseLib.io.xray.pixels import apply_modality, stored_pixels
 from PolyPoseLib.io.xray.read import read_xray
+from PolyPoseLib.io.xray.tags import XrayTags
 
 
 def stored(ds, frame=0):
@@ -52,12 +52,12 @@ def test_lossless_codecs_return_the_same_values(tmp_path, syntax, signed):
 
 
 def test_a_missing_decoder_names_the_package(monkeypatch):
-    import pydicom.pixels
+    from pydicom.pixels.decoders import base
 
     class Missing:
         is_available = False
 
-    monkeypatch.setattr(pydicom.pixels, "get_decoder", lambda syntax: Missing())
+    monkeypatch.setattr(base, "get_decoder", lambda syntax: Missing())
     for syntax, package in (
         ("1.2.840.10008.1.2.4.90", "pylibjpeg-openjpeg"),
         ("1.2.840.10008.1.2.4.80", "pylibjpeg-libjpeg"),
