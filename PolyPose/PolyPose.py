@@ -137,7 +137,7 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
             the views show, to the CT, which lies under it.
         options: as in PolyPoseLib.data.options, such as {"preset": "fast"}.
         outputFolder: where to keep the result folder.
-        progress: called with each PolyPoseSlicer.process.job.ProgressEvent.
+        progress: called with each PolyPoseLib.data.progress.Progress.
 
         Raises InputError (something is missing or wrong), UntrustedResultError (the nodes are made, but must
         not be trusted), CancelledError, or another PolyPoseError.

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import children
-from PolyPoseSlicer.process.job import Job, ProgressEvent, parse_progress
+from PolyPoseSlicer.process.job import Job, Step, step_of
 from slicer_case import SlicerTestCase
 
 
@@ -33,15 +33,15 @@ class JobTest(SlicerTestCase):
         self.addCleanup(job.close)
         return job
 
-    def run_to_end(self, job: Job, seconds: float = 20.0) -> list[ProgressEvent]:
-        events, deadline = [], time.monotonic() + seconds
+    def run_to_end(self, job: Job, seconds: float = 20.0) -> list[Step]:
+        steps, deadline = [], time.monotonic() + seconds
         while not job.finished:
             started = time.monotonic()
-            events += job.poll()
+            steps += job.poll()
             self.assertLess(time.monotonic() - started, 0.05)
             self.assertLess(time.monotonic(), deadline, "the job did not end")
             time.sleep(0.01)
-        return events
+        return steps
 
     def wait_for(self, condition: Callable[[], object], seconds: float = 5.0) -> None:
         deadline = time.monotonic() + seconds
@@ -49,16 +49,18 @@ class JobTest(SlicerTestCase):
             self.assertLess(time.monotonic(), deadline)
             time.sleep(0.01)
 
-    def test_progress_lines_become_events(self) -> None:
+    def test_progress_lines_become_steps(self) -> None:
         job = self.start("for n in range(5):\n    tell(n)\nprint('bye', file=sys.stderr)\nsys.exit(3)")
-        events = self.run_to_end(job)
-        self.assertEqual([event.iteration for event in events], list(range(5)))
-        self.assertEqual(events[4].fraction, 0.4)
+        steps = self.run_to_end(job)
+        self.assertEqual([step.progress.iteration for step in steps], list(range(5)))
+        self.assertEqual(steps[4].progress.fraction, 0.4)
         self.assertEqual((job.exit_status, job.log), (3, ["bye"]))
 
     def test_rubbish_is_logged_and_does_no_harm(self) -> None:
-        events = self.run_to_end(self.start(children.RUBBISH))
-        self.assertEqual([(e.iteration, e.similarity) for e in events], [(3, None), (4, 0.5)])
+        steps = self.run_to_end(self.start(children.RUBBISH))
+        self.assertEqual(
+            [(each.progress.iteration, each.progress.similarity) for each in steps], [(3, None), (4, 0.5)]
+        )
 
     def test_a_flood_of_output_does_not_hold_the_main_thread(self) -> None:
         job = self.start("for n in range(200000):\n    print('noise' * 10)\ntell(1)")
@@ -66,8 +68,8 @@ class JobTest(SlicerTestCase):
         self.assertLessEqual(len(job.log), 400)
 
     def test_a_flood_of_progress_is_not_lost(self) -> None:
-        events = self.run_to_end(self.start("for n in range(5000):\n    tell(n)"))
-        self.assertEqual([event.iteration for event in events], list(range(5000)))
+        steps = self.run_to_end(self.start("for n in range(5000):\n    tell(n)"))
+        self.assertEqual([step.progress.iteration for step in steps], list(range(5000)))
 
     @unittest.skipIf(sys.platform == "win32", "signals are those of POSIX")
     def test_cancel_ends_a_tree_that_ignores_it_within_two_seconds(self) -> None:
@@ -117,11 +119,11 @@ class JobTest(SlicerTestCase):
 
     def test_a_preview_is_loaded_and_a_broken_one_left_out(self) -> None:
         job = self.start("tell(1, preview='good')\ntell(2, preview='bad')", {"good": 7}.__getitem__)
-        self.assertEqual([event.preview for event in self.run_to_end(job)], [7, None])
+        self.assertEqual([step.preview for step in self.run_to_end(job)], [7, None])
 
     def test_only_progress_is_taken_for_progress(self) -> None:
         for line in ("", "5", "{}", '{"stage": 1}', '{"stage": "a", "iteration": 1, "of": NaN}', "[[]]"):
-            self.assertIsNone(parse_progress(line), line)
+            self.assertIsNone(step_of(line), line)
 
 
 if __name__ == "__main__":

@@ -13,13 +13,13 @@ import slicer
 from panel_case import INSIDE_SLICER, PanelCase, type_into
 from PolyPoseSlicer import calls
 from PolyPoseSlicer.process import registration
-from PolyPoseSlicer.process.camera_run import findings_in
+from PolyPoseSlicer.process.camera_run import found_in
 from PolyPoseSlicer.scene.cameras import camera_of
 from PolyPoseSlicer.study import parameters
-from PolyPoseSlicer.study.camera_finding import CameraFinding
 from PolyPoseSlicer.study.camera_source import CameraSource
 from PolyPoseSlicer.study.xray_source import XraySource
 
+from PolyPoseLib.data.found_camera import FoundCamera
 from PolyPoseLib.errors import InputError
 
 WAYS = [way.value for way in CameraSource]
@@ -332,8 +332,29 @@ class EndsTest(CamerasCase):
 
 class FindingTest(CamerasCase):
     def test_a_finding_comes_back_from_what_is_stored(self) -> None:
-        finding = CameraFinding.of(found(sure=False))
-        self.assertEqual(CameraFinding.of(json.loads(json.dumps(finding.stored()))), finding)
+        finding = FoundCamera.from_dict(found(sure=False))
+        self.assertEqual(FoundCamera.from_dict(json.loads(json.dumps(finding.to_dict()))), finding)
+
+    def test_a_scene_of_an_earlier_version_gives_its_source_and_its_finding(self) -> None:
+        stored = (
+            '{"source_to_detector_mm": 1000.0, "path": "/data/ap.png", "frame": null, "way": "search", '
+            '"found": {"how": "search", "sure": false, "extrinsic": [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], '
+            '[0.0, 0.0, 1.0, 800.0], [0.0, 0.0, 0.0, 1.0]], "mirrored": true, "within": [2.0, 10.0], '
+            '"warnings": ["look at it"], "similarity": 0.8, "runner_up": 0.7, "taken": false}}'
+        )
+        node = self.panel.parameters
+        was = node.StartModify()
+        node.xrayImages, node.xrayCameras, node.xrayTexts = [None], [None], [stored]
+        node.EndModify(was)
+        (source,) = parameters.xray_sources(node)
+        self.assertEqual((source.path, source.frame, source.way), ("/data/ap.png", None, CameraSource.SEARCH))
+        self.assertEqual(source.fields, {"source_to_detector_mm": 1000.0})
+        camera = source.found
+        self.assertEqual(
+            (camera.how, camera.sure, camera.mirrored, camera.taken), ("search", False, True, False)
+        )
+        self.assertEqual((camera.within, camera.warnings), ((2.0, 10.0), ("look at it",)))
+        self.assertEqual((camera.similarity, camera.runner_up, camera.extrinsic[2, 3]), (0.8, 0.7, 800.0))
 
     def test_damaged_findings_are_refused(self) -> None:
         for damage in (
@@ -343,11 +364,11 @@ class FindingTest(CamerasCase):
             {"extrinsic": [[float("nan")] * 4] * 4},
         ):
             with self.assertRaises(InputError):
-                CameraFinding.of(found() | damage)
+                FoundCamera.from_dict(found() | damage)
         report = self.folder / "report.json"
         report.write_text("[]")
         with self.assertRaisesRegex(registration.RunError, "search again"):
-            findings_in(report)
+            found_in(report)
 
 
 class CoreTest(CamerasCase):

@@ -11,8 +11,9 @@ from landmark_panel_case import LandmarksCase
 from panel_case import choose_node
 from PolyPoseSlicer.scene import landmark_lists, pixel_frames, xray_views
 from PolyPoseSlicer.study import parameters
-from PolyPoseSlicer.study.camera_finding import CameraFinding
 from PolyPoseSlicer.study.camera_source import CameraSource
+
+from PolyPoseLib.data.found_camera import FoundCamera
 
 
 class LiveTest(LandmarksCase):
@@ -50,7 +51,7 @@ class LiveTest(LandmarksCase):
     def test_the_point_that_follows_the_mouse_is_no_edit(self) -> None:
         rng = np.random.default_rng(3)
         self.give(pixels=rng.permutation(self.pixels) + rng.uniform(-8, 8, (6, 2)))
-        finding = CameraFinding.of(
+        finding = FoundCamera.from_dict(
             {
                 "extrinsic": self.camera.extrinsic.tolist(), "sure": False, "mirrored": False, "within": [2, 10],
                 "how": "6 of 6 landmarks", "warnings": [], "similarity": None, "runner_up": None,

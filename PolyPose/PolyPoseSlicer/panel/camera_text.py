@@ -6,14 +6,15 @@ from html import escape
 
 from slicer.i18n import tr as _
 
-from ..study.camera_finding import CameraFinding
+from PolyPoseLib.data.found_camera import FoundCamera
+
 from ..study.camera_source import CameraSource
 from ..study.xray_reading import XrayReport
 from ..study.xray_source import XraySource
 from .xrays import WARNING_COLOR
 
 
-def finding_lines(found: CameraFinding) -> list[str]:
+def finding_lines(found: FoundCamera) -> list[str]:
     """How a camera was found (with its similarity and the runner-up's), how sure it is, and what is doubtful."""
     lines = [
         _("Found: {how}.").format(how=found.how),

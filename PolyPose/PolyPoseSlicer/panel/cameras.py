@@ -11,15 +11,14 @@ import qt
 import slicer
 from slicer.i18n import tr as _
 
+from PolyPoseLib.data.found_camera import FoundCamera
 from PolyPoseLib.errors import CancelledError, PolyPoseError
-from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS
 
 from ..process.camera_run import CameraRun
 from ..process.dependencies import ensure_dependencies
 from ..process.study_run import State
 from ..scene.cameras import CAMERA_ATTRIBUTE, set_camera
-from ..study.camera_finding import CameraFinding
 from ..study.camera_source import CameraSource
 from ..study.parameters import (
     PolyPoseParameterNode,
@@ -163,7 +162,7 @@ class CameraPart:
         source = self._source()
         if source is not None and source.found is not None:
             self._ui.carmSection.collapsed = False
-            self._look_at(np.array(source.found.extrinsic))
+            self._look_at(source.found.extrinsic)
 
     def accept(self) -> None:
         """Take the doubtful camera of the selected X-ray."""
@@ -243,7 +242,7 @@ class CameraPart:
                 _("Cancelled; nothing was changed.") if cancelled else str(run.error), doubtful=not cancelled
             )
 
-    def _store(self, search: _Search, found: dict[int, CameraFinding]) -> None:
+    def _store(self, search: _Search, found: dict[int, FoundCamera]) -> None:
         """Take the cameras that are sure, keep the others as proposals; X-rays that were changed meanwhile are left."""
         sources, asked = xray_sources(search.parameters), search.sources
         sure = doubtful = 0
@@ -341,7 +340,7 @@ def with_rigs(sources: Sequence[XraySource], rows: Sequence[int]) -> list[int]:
     return [n for n, source in enumerate(sources) if n in rows or source.fields.get("rig") in rigs]
 
 
-def taken(source: XraySource, finding: CameraFinding, reader: XrayReader) -> XraySource:
+def taken(source: XraySource, finding: FoundCamera, reader: XrayReader) -> XraySource:
     """The X-ray with a finding as its first camera: a transform node, ours when it has one."""
     source = replace(source, fields={**source.fields, "mirrored": finding.mirrored})
     xray = reader.report(source).xray
@@ -351,11 +350,7 @@ def taken(source: XraySource, finding: CameraFinding, reader: XrayReader) -> Xra
     if node is None or not node.GetAttribute(CAMERA_ATTRIBUTE):
         name = slicer.mrmlScene.GenerateUniqueName(_("Camera of {name}").format(name=source.name))
         node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", name)
-    set_camera(
-        node,
-        Camera(xray.intrinsics, np.array(finding.extrinsic), *xray.image.shape),
-        finding.similarity,
-    )
+    set_camera(node, finding.camera_of(xray), finding.similarity)
     return replace(source, camera_transform=node, found=replace(finding, taken=True))
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from slicer.i18n import tr as _
 
+from PolyPoseLib.data.found_camera import FoundCamera, cameras_in_report
 from PolyPoseLib.errors import InputError, UntrustedResultError
 
-from ..study.camera_finding import CameraFinding
 from ..study.writer import StudyData
 from .environment import python_executable
 from .job import Job
@@ -19,7 +19,7 @@ from .study_run import RunError, State, StudyRun, error_of
 class CameraRun(StudyRun):
     """A running search: call `poll` from time to time, on the main thread, until `state.ended`.
 
-    `found`: {place in the study's X-rays: CameraFinding}, doubtful ones included, once it is DONE.
+    `found`: {place in the study's X-rays: FoundCamera}, uncertain ones included, once it is DONE.
     """
 
     def __init__(self, study: StudyData, method: str = "auto", command: list[str] | None = None) -> None:
@@ -27,7 +27,7 @@ class CameraRun(StudyRun):
 
         method: of PolyPoseLib.registration.cameras.initial.METHODS. command: another program, for tests.
         """
-        self.found: dict[int, CameraFinding] = {}
+        self.found: dict[int, FoundCamera] = {}
         self._method = method
         super().__init__(study, command or [python_executable(), "-m", "PolyPoseLib"], _("search"))
 
@@ -45,14 +45,13 @@ class CameraRun(StudyRun):
     def _child_ended(self, job: Job) -> None:
         if job.exit_status not in (0, UntrustedResultError.exit_status) or not self._report.is_file():
             raise error_of(job.exit_status, job.log, self._what)
-        self.found = findings_in(self._report)
+        self.found = found_in(self._report)
         self._end(State.DONE, None)
 
 
-def findings_in(report: Path) -> dict[int, CameraFinding]:
-    """The findings of a report by the number of their X-ray; raises RunError when it is damaged."""
+def found_in(report: Path) -> dict[int, FoundCamera]:
+    """The cameras of a report by the number of their X-ray; raises RunError when it is damaged."""
     try:
-        entries = json.loads(report.read_text(encoding="utf-8"))["cameras"]
-        return {int(entry["number"]): CameraFinding.of(entry) for entry in entries}
-    except (OSError, ValueError, KeyError, TypeError, InputError) as error:
+        return cameras_in_report(json.loads(report.read_text(encoding="utf-8")))
+    except (OSError, ValueError, InputError) as error:
         raise RunError(_("What the search found cannot be read: search again.")) from error

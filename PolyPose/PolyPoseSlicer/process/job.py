@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
-import math
 import queue
 import threading
 import time
@@ -12,6 +10,9 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import IO, Any
+
+from PolyPoseLib.data.progress import Progress
+from PolyPoseLib.errors import InputError
 
 from .process_tree import ProcessTree
 
@@ -22,25 +23,16 @@ LINE_BYTES = 1 << 16
 """Longer lines are read in pieces, so that a child that never ends a line cannot fill the memory."""
 
 KEPT_LOG_LINES = 400
-_QUEUED_EVENTS = 2000
+_QUEUED_STEPS = 2000
 _JOIN_SECONDS = 0.5
 
 
 @dataclass(frozen=True)
-class ProgressEvent:
-    """One step of a run, as PolyPoseLib.data.progress.Progress; preview: what `load_preview` made of its file."""
+class Step:
+    """One step of a run; preview: what `load_preview` made of the file that it names, None when there is none."""
 
-    stage: str
-    iteration: int
-    of: int
-    similarity: float | None
-    seconds: float
+    progress: Progress
     preview: Any = None
-
-    @property
-    def fraction(self) -> float:
-        """Share of the stage that is done, 0 to 1."""
-        return min(max(self.iteration / self.of, 0.0), 1.0) if self.of > 0 else 0.0
 
 
 class Job:
@@ -61,7 +53,7 @@ class Job:
 
         load_preview: called in the reader thread with the path of a preview; what it raises is ignored.
         """
-        self._events: queue.Queue[ProgressEvent] = queue.Queue(_QUEUED_EVENTS)
+        self._steps: queue.Queue[Step] = queue.Queue(_QUEUED_STEPS)
         self._log: deque[str] = deque(maxlen=KEPT_LOG_LINES)
         self._log_lock = threading.Lock()
         self._load_preview = load_preview
@@ -88,7 +80,7 @@ class Job:
 
     @property
     def finished(self) -> bool:
-        """Whether the process has ended and every event was handed out."""
+        """Whether the process has ended and every step was handed out."""
         return self._finished
 
     @property
@@ -97,17 +89,17 @@ class Job:
         with self._log_lock:
             return list(self._log)
 
-    def poll(self, seconds: float = POLL_SECONDS) -> list[ProgressEvent]:
-        """The events since the last call; returns within `seconds`, also when there are more."""
+    def poll(self, seconds: float = POLL_SECONDS) -> list[Step]:
+        """The steps since the last call; returns within `seconds`, also when there are more."""
         deadline = time.monotonic() + seconds
-        events: list[ProgressEvent] = []
+        steps: list[Step] = []
         while time.monotonic() < deadline:
             try:
-                events.append(self._events.get_nowait())
+                steps.append(self._steps.get_nowait())
             except queue.Empty:
                 self._notice_end()
                 break
-        return events
+        return steps
 
     def cancel(self) -> None:
         """Ask the whole process tree to end and return at once; after a second it is killed."""
@@ -134,7 +126,7 @@ class Job:
                 self._tree.kill()
                 self._end_readers()
                 self._finish()
-        elif self._events.empty():
+        elif self._steps.empty():
             self._tree.kill()
             self._finish()
 
@@ -161,34 +153,25 @@ class Job:
                 self._log.append(line)
 
     def _take_output(self, line: str) -> None:
-        event = parse_progress(line, self._load_preview)
-        if event is None:
+        step = step_of(line, self._load_preview)
+        if step is None:
             self._keep(line)
             return
         while not self._abandoned.is_set():
             with contextlib.suppress(queue.Full):
-                self._events.put(event, timeout=0.1)
+                self._steps.put(step, timeout=0.1)
                 return
 
 
-def parse_progress(line: str, load_preview: Callable[[str], Any] | None = None) -> ProgressEvent | None:
-    """A progress line as an event; None for anything else that a child may print."""
+def step_of(line: str, load_preview: Callable[[str], Any] | None = None) -> Step | None:
+    """A progress line as a step; None for anything else that a child may print."""
     try:
-        fields = json.loads(line)
-        similarity = fields.get("similarity")
-        event = {
-            "stage": str(fields["stage"]),
-            "iteration": int(fields["iteration"]),
-            "of": int(fields["of"]),
-            "similarity": None if similarity is None else float(similarity),
-            "seconds": float(fields.get("seconds", 0.0)),
-        }
-    except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
+        progress = Progress.from_json(line)
+    except InputError:
         return None
-    if event["similarity"] is not None and not math.isfinite(event["similarity"]):
-        event["similarity"] = None
-    if load_preview is not None and isinstance(fields.get("preview"), str):
+    preview = None
+    if load_preview is not None and progress.preview is not None:
         # A preview is a courtesy: a half-written or missing one is left out.
         with contextlib.suppress(Exception):
-            event["preview"] = load_preview(fields["preview"])
-    return ProgressEvent(**event)
+            preview = load_preview(progress.preview)
+    return Step(progress, preview)

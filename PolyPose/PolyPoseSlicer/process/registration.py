@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import slicer
 from slicer.i18n import tr as _
 
+from PolyPoseLib.data.progress import ProgressCallback
 from PolyPoseLib.errors import UntrustedResultError
 
 from ..scene.grid_transform import read_field, set_grid_transform
@@ -17,7 +18,7 @@ from ..study.loading import LoadedResult, load_folder
 from ..study.results import InputStyle, OutputNodes, fill_nodes
 from ..study.writer import StudyData
 from .environment import python_executable
-from .job import Job, ProgressEvent
+from .job import Job, Step
 from .study_run import POLL_SECONDS, RunError, State, StudyRun, error_of, leftover_folders
 
 _WAIT_SECONDS = 0.02
@@ -55,7 +56,7 @@ class Registration(StudyRun):
         self._output = Path(output_folder) if output_folder else self._folder / "result"
         self._preview = self._folder / "preview.h5" if preview else None
 
-    def wait(self, progress: Callable[[ProgressEvent], None] | None = None) -> OutputNodes:
+    def wait(self, progress: ProgressCallback | None = None) -> OutputNodes:
         """Block until it has ended and return its nodes; raises its error.
 
         progress: called with each new step. An exception in it, KeyboardInterrupt included, stops the run.
@@ -84,9 +85,10 @@ class Registration(StudyRun):
             return None
         return read_field(path)
 
-    def _took(self, events: list[ProgressEvent]) -> None:
-        self.similarities.extend(each.similarity for each in events if each.similarity is not None)
-        fields = [each.preview for each in events if each.preview is not None]
+    def _took(self, steps: list[Step]) -> None:
+        similarities = [each.progress.similarity for each in steps]
+        self.similarities.extend(each for each in similarities if each is not None)
+        fields = [each.preview for each in steps if each.preview is not None]
         if fields and not self._cancelling:
             self._show_preview(*fields[-1])
 

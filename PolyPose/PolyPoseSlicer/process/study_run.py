@@ -16,11 +16,12 @@ from typing import Any
 import slicer
 from slicer.i18n import tr as _
 
+from PolyPoseLib.data.progress import Progress
 from PolyPoseLib.errors import CancelledError, InputError, PolyPoseError
 
 from ..study.writer import StudyData, write_study
 from .environment import child_environment
-from .job import Job, ProgressEvent
+from .job import Job, Step
 
 POLL_SECONDS = 0.02
 """A poll on the main thread lasts about this long at most; no single step of it takes as long."""
@@ -65,7 +66,7 @@ class StudyRun:
     def __init__(self, study: StudyData, command: list[str], what: str) -> None:
         """Start it. The study holds no nodes. command: the program. what: its name in sentences."""
         self.state = State.WRITING
-        self.progress: ProgressEvent | None = None
+        self.progress: Progress | None = None
         self.error: PolyPoseError | None = None
         self._study, self._command, self._what = study, command, what
         self._folder = Path(tempfile.mkdtemp(prefix=TEMPORARY_PREFIX, dir=slicer.app.temporaryPath))
@@ -119,7 +120,7 @@ class StudyRun:
         """The subcommand and its arguments."""
         raise NotImplementedError
 
-    def _took(self, events: list[ProgressEvent]) -> None:
+    def _took(self, steps: list[Step]) -> None:
         """Steps that came since the last poll; the last one is `progress` already."""
 
     def _load_preview(self, path: str) -> Any:
@@ -189,10 +190,10 @@ class StudyRun:
         job = self._job
         if job is None:
             return
-        events = job.poll(POLL_SECONDS / 2)
-        if events:
-            self.progress = events[-1]
-            self._took(events)
+        steps = job.poll(POLL_SECONDS / 2)
+        if steps:
+            self.progress = steps[-1].progress
+            self._took(steps)
         if job.finished:
             self._refuse_when_cancelled()
             self._child_ended(job)

@@ -22,7 +22,8 @@ from slicer import (
 from slicer.i18n import tr as _
 from slicer.parameterNodeWrapper import parameterNodeWrapper
 
-from .camera_finding import CameraFinding
+from PolyPoseLib.data.found_camera import FoundCamera
+
 from .camera_source import CameraSource
 from .results import OutputNodes
 from .xray_source import XraySource, fields_from_text
@@ -128,7 +129,7 @@ def xray_sources(parameters: PolyPoseParameterNode) -> list[XraySource]:
         path, frame = stored.pop("path", ""), stored.pop("frame", None)
         way, found = CameraSource.of(stored.pop("way", None)), stored.pop("found", None)
         if image is not None or path:
-            found = CameraFinding.of(found) if found else None
+            found = FoundCamera.from_dict(found) if found else None
             sources.append(
                 XraySource(image, path, frame, stored, camera, way, ct_landmarks, xray_landmarks, found)
             )
@@ -150,7 +151,7 @@ def _text_of(source: XraySource) -> str:
     """What the parameter node stores of an X-ray beside its nodes."""
     more = {"path": source.path, "frame": source.frame, "way": source.way.value}
     if source.found is not None:
-        more["found"] = source.found.stored()
+        more["found"] = source.found.to_dict()
     return json.dumps({**source.fields, **more})
 
 

@@ -228,7 +228,7 @@ def _key(source: XraySource) -> str:
     entry = source.shown_entry(path, frame)
     stamp = f"{os.stat(path).st_mtime_ns}" if path else _image_stamp(source.image)
     stamp += "".join(_stamp(entry[key]) for key in ("mask", "calibration") if entry.get(key))
-    found = None if source.found is None else source.found.stored()
+    found = None if source.found is None else source.found.to_dict()
     return json.dumps(
         [stamp, frame, source.frame, entry, source.way.value, found], sort_keys=True, default=str
     )

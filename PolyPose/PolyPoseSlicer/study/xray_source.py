@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import slicer
 
+from PolyPoseLib.data.found_camera import FoundCamera
 from PolyPoseLib.errors import InputError
 
 from ..scene.cameras import extrinsic_of
 from ..scene.landmark_lists import CAMERA_REFERENCE, pairs_of
-from .camera_finding import CameraFinding
 from .camera_source import CameraSource, entry_of_source
 
 
@@ -42,7 +42,7 @@ class XraySource:
     way: CameraSource = CameraSource.AUTO
     ct_landmarks: slicer.vtkMRMLMarkupsFiducialNode | None = None
     xray_landmarks: slicer.vtkMRMLMarkupsFiducialNode | None = None
-    found: CameraFinding | None = None
+    found: FoundCamera | None = None
 
     def __post_init__(self) -> None:
         """Raise InputError, as one sentence, when there is no X-ray."""
