@@ -97,7 +97,7 @@ def _fault(error: Exception) -> str:
 def _refused_by_the_system(error: OSError) -> str | None:
     """One sentence for a file that the system does not let anyone read or write; None for all other errors.
 
-    It stands here, once, because nearly every look at a path may be refused, even whether it exists.
+    It stands here, once, because the system may refuse nearly every access to a path, even whether it exists.
     """
     if error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", None)):
         return "no space is left on the disk: free some, or choose another place to write to"

@@ -12,7 +12,7 @@ class PolyPoseError(Exception):
 
 
 class InputError(PolyPoseError, ValueError):
-    """The input is wrong; the sentence names the file, the field and the mend."""
+    """The input is wrong; the sentence names the file, the field and the fix."""
 
     exit_status = 2
 
@@ -48,8 +48,9 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> str:
     """A sentence that names the unknown, the nearest known name, or else all of them."""
     known = list(known)
-    guess = nearest(name, known)
-    if guess is not None:
-        return f'The {kind} "{name}" is not known: did you mean "{guess}"?'
+    name = " ".join(name.split())[:60]
+    alike = nearest(name, known)
+    if alike is not None:
+        return f'The {kind} "{name}" is not known: did you mean "{alike}"?'
     shown = ", ".join(known[:40]) + (", ..." if len(known) > 40 else "")
     return f'The {kind} "{name}" is not known: give one of {shown}.'

@@ -1,4 +1,4 @@
-"""Subcommand demo: from nothing to a judged result."""
+"""Subcommand demo: from nothing to a scored result."""
 
 from __future__ import annotations
 

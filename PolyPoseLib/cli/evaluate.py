@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from PolyPoseLib.cli._arguments import new_parser
 from PolyPoseLib.cli._scores import overlap_table, truth_tables
+from PolyPoseLib.io.json_records import json_text
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -63,13 +61,4 @@ def run(arguments: argparse.Namespace) -> int:
 
 def scores_json(scores: dict[str, Any]) -> str:
     """Scores as JSON; what is not finite becomes null."""
-    return json.dumps(_finite(scores), indent=1, allow_nan=False)
-
-
-def _finite(value: Any) -> Any:
-    """The same with NaN and infinity as None."""
-    if isinstance(value, dict):
-        return {str(name): _finite(each) for name, each in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(each) for each in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
+    return json_text(scores).rstrip()

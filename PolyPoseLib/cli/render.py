@@ -23,8 +23,10 @@ from typing import TYPE_CHECKING, Any, TextIO
 from PolyPoseLib.cli._arguments import new_parser
 from PolyPoseLib.errors import InputError, PolyPoseError
 from PolyPoseLib.io.files import replaced_whole
+from PolyPoseLib.io.json_records import Record, kind_of, nonempty, parse_object, whole_number
 
 if TYPE_CHECKING:
+    from PolyPoseLib.geometry.camera import Camera
     from PolyPoseLib.rendering.preview import PreviewRenderer
 
 _LOG = logging.getLogger(__name__)
@@ -106,35 +108,34 @@ def answer(renderer: PreviewRenderer, line: str) -> dict[str, Any]:
     """Do what one line asks for; whatever is wrong with it is said in the answer."""
     number = None
     try:
-        request = json.loads(line)
-        if not isinstance(request, Mapping):
-            raise InputError("A request is a JSON object.")
-        number = _identity(request)
+        request = Record(parse_object(line, "request"))
+        number = request.optional("id", _identity)
         began = time.perf_counter()
         image = renderer.render(_camera(request))
-        with replaced_whole(Path(request["output"])) as part:
+        with replaced_whole(Path(request.required("output", nonempty))) as part:
             image.tofile(part)
-    except KeyError as error:
-        return {"id": number, "error": f"The request lacks the field {error}."}
-    except RecursionError:
-        return {"id": number, "error": "The request is nested too deeply: flatten it."}
     except (PolyPoseError, OSError, ValueError, TypeError, ArithmeticError, MemoryError) as error:
         return {"id": number, "error": str(error) or type(error).__name__}
     return {"id": number, "seconds": round(time.perf_counter() - began, 4)}
 
 
-def _identity(request: Mapping[str, Any]) -> str | int | None:
-    """What the answer is known by; raises InputError for what could not be said again."""
-    number = request.get("id")
-    if number is None or isinstance(number, (str, int)):
-        return number
-    raise InputError('The "id" of a request is a whole number or a text.')
+def _identity(value: Any, place: str) -> str | int:
+    """Parse what the answer is known by."""
+    if isinstance(value, str | int):
+        return value
+    raise InputError(f"{place} is {kind_of(value)}; give a whole number or a text.")
 
 
-def _camera(request: Mapping[str, Any]):
-    from PolyPoseLib.geometry.camera import Camera
+def _camera(request: Record) -> Camera:
+    from PolyPoseLib.geometry.camera import Camera, require_intrinsics
+    from PolyPoseLib.geometry.rigid import require_rigid
 
-    camera = Camera(request["intrinsics"], request["extrinsic"], request["height"], request["width"])
+    camera = Camera(
+        request.required("intrinsics", require_intrinsics),
+        request.required("extrinsic", require_rigid),
+        request.required("height", whole_number(1)),
+        request.required("width", whole_number(1)),
+    )
     if max(camera.height, camera.width) > _LARGEST_SIDE:
         raise InputError(f"The image is larger than {_LARGEST_SIDE} pixels: ask for a smaller one.")
     return camera
@@ -148,7 +149,8 @@ def _compile(renderer: PreviewRenderer) -> None:
 
     extrinsic = np.eye(4)
     extrinsic[2, 3] = 1000.0
-    renderer.render(Camera([[10, 0, 4], [0, 10, 4], [0, 0, 1]], extrinsic, 8, 8))
+    intrinsics = np.array([[10.0, 0, 4], [0, 10, 4], [0, 0, 1]])
+    renderer.render(Camera(intrinsics, extrinsic, 8, 8))
 
 
 def _say(fields: Mapping[str, Any]) -> None:

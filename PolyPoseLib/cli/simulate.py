@@ -33,7 +33,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--sample pelvis --views 2 --arc 30 --output case",
     )
     parser.add_argument("--output", type=Path, required=True, metavar="DIR", help="new or empty folder")
-    parser.add_argument("--sample", choices=tuple(SAMPLES), help="use a public CT in place of the next three")
+    parser.add_argument(
+        "--sample", choices=tuple(SAMPLES), help="use a public CT instead of the next three arguments"
+    )
     parser.add_argument("--ct", type=Path, metavar="FILE", help="CT in Hounsfield units")
     parser.add_argument("--segmentation", type=Path, metavar="FILE", help="label map")
     parser.add_argument(
@@ -50,7 +52,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--camera",
         choices=("initial", "known", "absent"),
         default="initial",
-        help="what the study says of the cameras (default: initial)",
+        help="what the study gives of the cameras (default: initial)",
     )
     parser.add_argument(
         "--format", choices=("dicom", "nifti"), default="dicom", help="of the X-rays (default: dicom, as XA)"

@@ -1,4 +1,4 @@
-"""Subcommand train: a regressor of first cameras, for one CT, from renderings of it alone."""
+"""Subcommand train: a regressor of initial cameras, for one CT, from renderings of it alone."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = new_parser(
         subparsers,
         "train",
-        "train a model that tells the first camera of X-rays of this CT, from renderings of it alone",
+        "train a model that predicts initial cameras of X-rays of this CT, from renderings of it alone",
         "case/study.json --output case/model.pt --minutes 30",
     )
     parser.add_argument(
@@ -35,7 +35,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("--minutes", type=float, default=30.0, help="of training at most (default: 30)")
     parser.add_argument(
-        "--resume", action="store_true", help="go on from FILE.checkpoint, which an earlier training left"
+        "--resume", action="store_true", help="continue from FILE.checkpoint, which an earlier training left"
     )
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier model in FILE")
     parser.add_argument(
@@ -87,7 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
         model = train(scene, fingerprint, views, detector, plan, device, monitor, keep, earlier)
     except KeyboardInterrupt:
         if checkpoint.is_file():
-            _LOG.warning("Interrupted; the same command with --resume goes on from %s.", checkpoint)
+            _LOG.warning("Interrupted; the same command with --resume continues from %s.", checkpoint)
         raise
     finally:
         display.close()
@@ -115,4 +115,4 @@ def _check(arguments: argparse.Namespace, checkpoint: Path) -> None:
     if output.exists() and not (arguments.overwrite or arguments.resume):
         raise InputError(f"{output} exists: add --overwrite to replace it, or choose another --output.")
     if arguments.resume and not checkpoint.is_file():
-        raise InputError(f"{checkpoint}: there is no checkpoint to go on from; leave out --resume.")
+        raise InputError(f"{checkpoint}: there is no checkpoint to continue from; leave out --resume.")

@@ -21,8 +21,18 @@ POINTS_PER_CHUNK = 1 << 17
 class DisplacementField:
     """Displacements that take fixed points to moving points: warp(x) = x + vectors(x).
 
-    vectors: (k, j, i, 3) float32, in mm along LPS x, y, z, at the nodes of a grid.
-    affine: (4, 4) float64, homogeneous index (i, j, k, 1) to fixed LPS mm; orthogonal axes, any handedness.
+    Parameters
+    ----------
+    vectors : (k, j, i, 3) array
+        In mm along LPS x, y, z, at the nodes of a grid; kept as float32.
+    affine : (4, 4) array
+        Homogeneous index (i, j, k, 1) to fixed LPS mm; orthogonal axes, any handedness.
+
+    Raises
+    ------
+    InputError
+        A wrong shape, axes that are not orthogonal, or numbers that are not finite.
+
     """
 
     vectors: np.ndarray
@@ -56,8 +66,18 @@ class DisplacementField:
     def sample(self, points: np.ndarray) -> np.ndarray:
         """Displacement at any points, trilinear between the nodes.
 
-        points: (..., 3) fixed LPS mm. Returns (..., 3) float64 mm. Beyond the grid the value of its nearest
-        point is taken, so the field stays continuous (ITK takes 0 there).
+        Beyond the grid the value of its nearest point is taken, so the field stays continuous (ITK takes 0 there).
+
+        Parameters
+        ----------
+        points : (..., 3) array
+            Fixed points, LPS mm.
+
+        Returns
+        -------
+        (..., 3) float64 array
+            Displacements, mm.
+
         """
         points = np.asarray(points, dtype=np.float64)
         flat = points.reshape(-1, 3)
@@ -106,7 +126,18 @@ class DisplacementField:
 def trilinear(values: np.ndarray, index: np.ndarray) -> np.ndarray:
     """Trilinear interpolation of vectors at continuous indices, clamped to the grid.
 
-    values: (k, j, i, C); index: (N, 3) in the order (i, j, k). Returns (N, C) float64.
+    Parameters
+    ----------
+    values : (k, j, i, C) array
+        Vectors at the nodes.
+    index : (N, 3) array
+        In the order (i, j, k).
+
+    Returns
+    -------
+    (N, C) float64 array
+        Interpolated vectors.
+
     """
     stride = 1
     table = values.reshape(-1, values.shape[3])

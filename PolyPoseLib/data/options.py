@@ -35,23 +35,47 @@ _LONGEST_SHOWN = 40
 class Options:
     """Settings of one registration; None leaves a setting to the preset.
 
-    preset: "default", "fast" (coarser, for a first look) or "paper" (the reference's settings).
-    device: "auto" takes a CUDA device when there is one.
-    threads: CPU threads, at most 1024, None for all.
-    seed: of every random choice; the same seed gives the same result on the same device.
-    preview: file into which a coarse displacement field is written while the run goes on.
-    weights, weight_frame: form of the weight field and the frame in which distances are measured.
-    epsilon: 1/mm^2, of the weights "epsilon" only.
-    optimizer: of the joint stage.
-    kernel: "numba" is the fused one, "torch" the plain one; "auto" takes what is installed.
-    rotation_reach_mm: distance from a bone at which tissue takes half of its rotation; a very large one lets bones turn
-    all tissue, as the preset "paper" does.
-    refine_cameras: whether cameras that are not known are refined by the anchor.
-    uncertainty: whether confidence intervals are computed.
-    transform_spacing_mm: grid of the displacement field, from 0.1 to 4 mm.
-    camera_model: file of a trained camera regressor, in the study's folder, for X-rays without a camera.
-    composed: whether the warped CT is put together from rigid bones over warped soft tissue, instead of
-    warped smoothly throughout; bones that touch in the CT then part without being stretched.
+    Parameters
+    ----------
+    preset : {"default", "fast", "paper"}
+        "fast" is coarser, for a first impression; "paper" has the published method's settings.
+    device : {"auto", "cpu", "cuda"}
+        "auto" takes a CUDA device when there is one.
+    threads : int, optional
+        CPU threads, at most 1024; None for all.
+    seed : int
+        Of every random choice; the same seed gives the same result on the same device.
+    preview : str, optional
+        File into which a coarse displacement field is written during the run.
+    weights, weight_frame : str, optional
+        Form of the weight field ("mass", "epsilon", "rigid"), and the frame in which distances are measured
+        ("moving", "fixed").
+    epsilon : float, optional
+        1/mm^2, of the weights "epsilon" only.
+    rotation_reach_mm : float, optional
+        Distance from a bone at which tissue takes half of its rotation; a very large one lets bones rotate all tissue,
+        as the preset "paper" does.
+    optimizer : {"adam", "lm"}, optional
+        Of the joint stage.
+    kernel : {"auto", "torch", "numba"}
+        "numba" is the fused one, "torch" the plain one; "auto" takes what is installed.
+    refine_cameras : bool
+        Whether cameras that are not known are refined on the anchor.
+    uncertainty : bool
+        Whether confidence intervals are computed.
+    transform_spacing_mm : float, optional
+        Grid of the displacement field, from 0.1 to 4 mm.
+    camera_model : str, optional
+        File of a trained camera regressor, in the study's folder, for X-rays without a camera.
+    composed : bool
+        Whether the warped CT is composed of rigid bones over warped soft tissue, instead of warped smoothly throughout;
+        bones that touch in the CT then part without being stretched.
+
+    Raises
+    ------
+    InputError
+        A value out of its range; the sentence names the option.
+
     """
 
     preset: str = "default"

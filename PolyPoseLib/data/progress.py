@@ -1,4 +1,4 @@
-"""What a running registration tells its caller."""
+"""Progress of a running registration, its times, and the question whether to go on."""
 
 from __future__ import annotations
 
@@ -14,9 +14,22 @@ from PolyPoseLib.errors import CancelledError, InputError
 
 
 class Monitor:
-    """Tells the caller how far the run is, and asks whether to go on.
+    """Reports progress to the caller, and asks whether to go on.
 
-    history: one object per iteration; seconds: per stage; write_preview: writes a preview and returns its path.
+    Parameters
+    ----------
+    progress : callable, optional
+        Called with a Progress after every iteration.
+    cancel : callable, optional
+        Asked at every iteration; True ends the run with CancelledError.
+
+    Attributes
+    ----------
+    history : list of dict
+        One entry per iteration that has a similarity: stage, iteration, similarity, seconds.
+    seconds : dict
+        Time of every stage.
+
     """
 
     def __init__(self, progress: ProgressCallback | None, cancel: CancelQuery | None) -> None:
@@ -64,11 +77,19 @@ class Monitor:
 class Progress:
     """One step of a run.
 
-    stage: name of the step of the registration, such as "camera ap" or "joint 4 mm".
-    iteration, of: how far the stage is, 0 <= iteration <= of.
-    similarity: mean similarity over the views in [-1, 1], or None while there is none.
-    seconds: since the run began.
-    preview: path of the coarse displacement field that was just written, or None.
+    Parameters
+    ----------
+    stage : str
+        Name of the step of the registration, such as "camera ap" or "joint 4 mm".
+    iteration, of : int
+        How far the stage is, 0 <= iteration <= of.
+    similarity : float or None
+        Mean similarity over the views in [-1, 1], or None while there is none.
+    seconds : float
+        Since the run began.
+    preview : str or None
+        Path of the coarse displacement field that was just written.
+
     """
 
     stage: str

@@ -35,11 +35,21 @@ INTERVALS: dict[str, tuple[int, ...]] = {
 class StructureResult:
     """The rigid motion of one structure.
 
-    fixed_to_moving: (4, 4), a point of the patient at the time of the X-rays to the CT, LPS mm.
-    rotation_deg, axis: angle in degrees and unit axis (3,) of the motion from the CT to the X-rays' posture.
-    translation_mm: (3,) displacement of the structure's centroid from the CT to the X-rays' posture.
-    uncertainty: 95 % intervals in mm and degrees, or None when they were not computed.
-    centroid: (3,) of the structure in the CT, LPS mm, or None when it is not known.
+    Parameters
+    ----------
+    fixed_to_moving : (4, 4) array
+        A point of the patient at the time of the X-rays to the CT, LPS mm.
+    rotation_deg : float
+        Angle of the motion from the CT's posture to the X-rays', degrees.
+    translation_mm : (3,) array
+        Displacement of the structure's centroid from the CT's posture to the X-rays'.
+    axis : (3,) array
+        Unit axis of that rotation.
+    uncertainty : mapping or None
+        95 % intervals in mm and degrees (see INTERVALS), or None when they were not computed.
+    centroid : (3,) array or None
+        Of the structure in the CT, LPS mm, or None when it is not known.
+
     """
 
     fixed_to_moving: np.ndarray
@@ -110,13 +120,33 @@ class CameraResult:
 class Result:
     """Everything that a registration gives back.
 
-    anchor: the structure that defines the cameras, "" when it is not known.
-    history: one object per iteration: stage, iteration, similarity, and seconds when known.
-    seconds: per stage.
-    distrust: reasons why the result must not be trusted; empty when it may be.
-    warped_ct, warped_labels: HU (-1000 outside) and labels in the fixed frame, on the CT's grid.
-    transform: displacements fixed to moving.
-    renderings_before, renderings_after, xray_images: one (H, W) image per view, line integrals.
+    Parameters
+    ----------
+    structures : {str: StructureResult}
+        The motion of every structure.
+    cameras : list of CameraResult
+        In the order of the study's X-rays.
+    history : list of dict
+        One entry per iteration: stage, iteration, similarity, and seconds when known.
+    seconds : {str: float}
+        Time of every stage.
+    device, versions : str, dict
+        What it was computed on and with.
+    warnings : list of str
+        What was odd but not wrong.
+    warped_ct, warped_labels : Volume
+        HU (-1000 outside) and labels in the fixed frame, on the CT's grid.
+    transform : DisplacementField
+        Displacements from fixed to moving points.
+    renderings_before, renderings_after, xray_images : list of (H, W) arrays
+        Line integrals, one image per view; only the second is kept in a result's folder.
+    xray_masks : list of (H, W) bool arrays
+        True where a pixel was compared.
+    distrust : sequence of str
+        Reasons why the result must not be trusted; empty when there are none.
+    anchor : str
+        The structure that defines the cameras, "" when it is not known.
+
     """
 
     structures: dict[str, StructureResult]

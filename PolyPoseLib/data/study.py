@@ -16,26 +16,40 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.rigid import rigid_inverse
 
 if TYPE_CHECKING:
-    from PolyPoseLib.data.xray import Xray
+    from PolyPoseLib.data.xray import RigPose, Xray
 
 RIG_TOLERANCE = (1.0, 2.0)
-"""Degrees and mm by which two known cameras may differ from the relative pose that their rig tells, and by which two
-places in a rig must differ at least, in one of them."""
+"""Degrees and mm by which the relative pose of two known cameras may differ from their rig's, and by one of which two
+places in a rig must differ at least."""
 
 
 @dataclass(frozen=True)
 class Study:
     """Everything that a registration needs; a study that exists is valid.
 
-    ct: Hounsfield units.
-    structures: on the CT's grid.
-    anchor: the structure that defines the cameras; it does not move.
-    xrays: at least one.
-    options: as in the file; Options.from_dict(study.options) gives them with their defaults.
-    warnings: what was odd but not wrong; each X-ray has its own besides.
-    source_segmentation: the whole label map on the CT's grid (warped with the CT), or None when the
-    segmentation
-    has overlapping layers, which one label map cannot hold.
+    Parameters
+    ----------
+    ct : Volume
+        Hounsfield units.
+    structures : Structures
+        On the CT's grid.
+    anchor : str
+        The structure that defines the cameras; it does not move.
+    xrays : sequence of Xray
+        At least one.
+    options : mapping or Options
+        As in the study's file; ``Options.from_dict(study.options)`` gives them with their defaults.
+    warnings : sequence of str
+        What was odd but not wrong; each X-ray has its own besides.
+    source_segmentation : Volume or None
+        The whole label map on the CT's grid, which is warped with the CT; None when the segmentation has overlapping
+        layers, which one label map cannot hold.
+
+    Raises
+    ------
+    InputError
+        The parts do not fit together; the sentence names them and the fix.
+
     """
 
     ct: Volume
@@ -81,54 +95,68 @@ class Study:
         return load_study(path, allow_outside)
 
 
+Member = tuple["Xray", "RigPose"]
+"""An X-ray with its place in its rig."""
+
+
 def _require_whole_rigs(xrays: tuple[Xray, ...]) -> None:
-    """A rig has two X-rays at least, one way of telling their places, and known cameras that fit these."""
-    rigs: dict[str, list[Xray]] = {}
+    """Every rig needs two X-rays at least, places in one coordinate frame, and known cameras that agree with them."""
+    rigs: dict[str, list[Member]] = {}
     for xray in xrays:
         if xray.rig is not None:
-            rigs.setdefault(xray.rig.name, []).append(xray)
+            rigs.setdefault(xray.rig.name, []).append((xray, xray.rig))
     for name, members in rigs.items():
         if len(members) == 1:
             raise InputError(
                 f'The rig "{name}" has one X-ray only: name it in the "rig" of another, or remove it.'
             )
-        first = members[0]
-        other = next((each for each in members if each.rig.frame != first.rig.frame), None)
+        first, first_place = members[0]
+        other = next((each for each, place in members if place.frame != first_place.frame), None)
         if other is not None:
             raise InputError(
-                f'The rig "{name}" mixes two worlds: the places of "{first.name}" and "{other.name}" are told by a '
-                "calibration's own world and by the CT's; tell both by calibrations, or both by extrinsics."
+                f'The rig "{name}" mixes two coordinate frames: one of "{first.name}" and "{other.name}" is placed in '
+                "its calibration's own world, the other in the CT's; give both calibrations, or both extrinsics."
             )
         _require_places_apart(members)
-        known = [each for each in members if each.camera == "known"]
+        known = [(xray, place) for xray, place in members if xray.camera == "known"]
         for each in known[1:]:
             _require_same_relative_pose(known[0], each)
 
 
-def _require_places_apart(members: list[Xray]) -> None:
+def _require_places_apart(members: list[Member]) -> None:
     """Raise InputError when two cameras of a rig, whose poses are in one world, stand at the same place.
 
-    Two such views tell no depth, and the calibration of one camera was likely given to both.
+    Two such views show no depth, and the calibration of one camera was likely given to both.
     """
-    for number, second in enumerate(members):
-        for first in members[:number]:
-            if _is_within(RIG_TOLERANCE, _difference(first.rig.extrinsic, second.rig.extrinsic)):
+    for number, (second, second_place) in enumerate(members):
+        for first, first_place in members[:number]:
+            if _is_within(RIG_TOLERANCE, _difference(first_place.extrinsic, second_place.extrinsic)):
                 raise InputError(
-                    f'"{first.name}" and "{second.name}" have the same place in the rig "{first.rig.name}": give each '
-                    "the calibration (or extrinsic) of its own camera."
+                    f'"{first.name}" and "{second.name}" have the same place in the rig "{first_place.name}": give '
+                    "each the calibration (or extrinsic) of its own camera."
                 )
 
 
-def _require_same_relative_pose(first: Xray, second: Xray) -> None:
-    """Raise InputError when two known cameras stand otherwise to each other than their rig says."""
-    known = second.extrinsic @ rigid_inverse(first.extrinsic)
-    calibrated = second.rig.extrinsic @ rigid_inverse(first.rig.extrinsic)
-    turn, step = _difference(known, calibrated)
+def _require_same_relative_pose(first: Member, second: Member) -> None:
+    """Raise InputError when the relative pose of two known cameras is not that of their places in the rig."""
+    known = _relative(_known_extrinsic(first[0]), _known_extrinsic(second[0]))
+    turn, step = _difference(known, _relative(first[1].extrinsic, second[1].extrinsic))
     if not _is_within(RIG_TOLERANCE, (turn, step)):
         raise InputError(
-            f'The known cameras of "{first.name}" and "{second.name}" contradict their rig "{first.rig.name}" by '
+            f'The known cameras of "{first[0].name}" and "{second[0].name}" contradict their rig "{first[1].name}" by '
             f'{turn:.1f} degrees and {step:.1f} mm: correct their extrinsics, or remove "rig" or "camera": "known".'
         )
+
+
+def _known_extrinsic(xray: Xray) -> np.ndarray:
+    """(4, 4) of an X-ray whose camera is known, which Xray requires to have one."""
+    assert xray.extrinsic is not None
+    return xray.extrinsic
+
+
+def _relative(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """(4, 4) from the first camera's axes to the second's."""
+    return second @ rigid_inverse(first)
 
 
 def _difference(first: np.ndarray, second: np.ndarray) -> tuple[float, float]:

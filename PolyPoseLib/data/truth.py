@@ -17,12 +17,31 @@ from PolyPoseLib.geometry.camera import Camera
 class Truth:
     """What really happened between the CT and the X-rays.
 
-    names: structures; label n belongs to names[n - 1]. anchor: the one that stays.
-    fixed_to_moving: {structure: (4, 4)} LPS mm. cameras: the true ones.
-    moving_labels, fixed_labels: structure numbers in the CT's posture and in the X-rays', on the CT's grid.
-    fixed_ct: HU in the X-rays' posture. field: displacement fixed -> moving, soft tissue included.
-    moving_organs, fixed_organs: labels of what is neither structure nor bone, or None. organ_names: {label:
-    name}. statistics: numbers of the simulation. seed: of the simulation.
+    Parameters
+    ----------
+    names : tuple of str
+        Structures; label n belongs to names[n - 1].
+    anchor : str
+        The structure that does not move.
+    fixed_to_moving : {str: (4, 4) array}
+        True motion of every structure, LPS mm.
+    cameras : list of Camera
+        The true ones, in the order of the X-rays.
+    moving_labels, fixed_labels : Volume
+        Structure numbers in the CT's posture and in the X-rays', on the CT's grid.
+    fixed_ct : Volume
+        HU in the X-rays' posture.
+    field : DisplacementField
+        From fixed to moving points, soft tissue included.
+    moving_organs, fixed_organs : Volume or None
+        Labels of what is neither structure nor bone.
+    organ_names : {int: str}
+        Names of those labels.
+    statistics : dict
+        Numbers of the simulation.
+    seed : int
+        Of the simulation.
+
     """
 
     names: tuple[str, ...]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +11,7 @@ import numpy as np
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.data.xray import CAMERA_STATES
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.json_records import json_text
 from PolyPoseLib.io.truths import save_truth
 from PolyPoseLib.io.volumes import write_volume
 from PolyPoseLib.io.xray.writer import write_xray_dicom
@@ -38,22 +38,34 @@ def write_case(
 ) -> Path:
     """Write a study that can be registered, and its truth.
 
-    Args:
-        case: what to write.
-        folder: made when it does not exist; it must be empty.
-        label_ids: {structure: labels of the case's source segmentation}; None writes the structures' own
-            numbers.
-        organ_names: {label: name} of the source segmentation, for the scores of soft organs.
-        options: the study's options.
-        image_format: "dicom" (XA) or "nifti" (line integrals).
-        camera: "initial": extrinsics off by the case's error; "known": the true ones; "absent": none.
-        source_to_detector_mm: splits the focal length into distance and pixel pitch.
+    Parameters
+    ----------
+    case : SimulatedCase
+        What to write.
+    folder : path
+        Made when it does not exist; it must be empty.
+    label_ids : {str: sequence of int}, optional
+        Labels of each structure in the case's source segmentation; None writes the structures' own numbers.
+    organ_names : {int: str}, optional
+        Names of the source segmentation's labels, for the scores of soft organs.
+    options : mapping, optional
+        The study's options.
+    image_format : {"dicom", "nifti"}
+        XA, or line integrals.
+    camera : {"initial", "known", "absent"}
+        Extrinsics off by the case's error, the true ones, or none.
+    source_to_detector_mm : float
+        Splits the focal length into distance and pixel pitch.
 
-    Returns:
-        The path of study.json; the truth lies in the folder "truth" beside it.
+    Returns
+    -------
+    Path
+        Of study.json; the truth lies in the folder "truth" beside it.
 
-    Raises:
-        InputError: the folder is not empty or cannot be written, or an argument has none of the values above.
+    Raises
+    ------
+    InputError
+        The folder is not empty or cannot be written, or an argument has none of the values above.
 
     """
     folder = Path(folder)
@@ -76,7 +88,7 @@ def write_case(
             "options": dict(options or {}),
         }
         path = folder / STUDY_FILE
-        path.write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
+        path.write_text(json_text(fields), encoding="utf-8")
         save_truth(truth_of(case, dict(organ_names or {})), folder / TRUTH_FOLDER)
     except OSError as error:
         raise InputError(f"{folder}: cannot be written ({error.strerror}); choose another folder.") from error

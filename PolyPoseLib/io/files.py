@@ -31,12 +31,17 @@ def refuse_special_file(path: Path, where: str | None = None) -> None:
 
     Links are followed.  A path that leads nowhere is left to whoever opens it, who can say more.
 
-    Args:
-        path: an input, file or folder.
-        where: opening of the sentence, the path when None.
+    Parameters
+    ----------
+    path : Path
+        An input, file or folder.
+    where : str, optional
+        Opening of the sentence, the path when None.
 
-    Raises:
-        InputError: the path leads to something that is neither a file nor a folder.
+    Raises
+    ------
+    InputError
+        The path leads to something that is neither a file nor a folder.
 
     """
     try:
@@ -121,7 +126,7 @@ def check_destination(folder: str | Path, overwrite: bool) -> None:
 def whole_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
     """A temporary sibling that becomes the folder when the block succeeds and vanishes when it does not.
 
-    Raises InputError for what the system refuses (no space, no permission), with the mend.
+    Raises InputError for what the system refuses (no space, no permission), with the fix.
     """
     check_destination(folder, overwrite)
     target = folder.resolve()

@@ -61,11 +61,15 @@ def require_different_images(images: Sequence[tuple[Path, int | None]]) -> None:
     Links were followed, and further names that the system gives one file ("hard links", other capitals) are known by
     the file itself.  Two frames of one run are two images, but the frame that is taken where none is given may be any.
 
-    Args:
-        images: (resolved path, frame counted from 0 or None) of each X-ray, in the study's order.
+    Parameters
+    ----------
+    images : sequence of (Path, int or None)
+        Resolved path, and frame counted from 0, of each X-ray in the study's order.
 
-    Raises:
-        InputError: two are the same; the sentence names both by their numbers.
+    Raises
+    ------
+    InputError
+        Two are the same; the sentence names both by their numbers.
 
     """
     seen: dict[tuple[object, ...], dict[int | None, int]] = {}

@@ -1,4 +1,4 @@
-"""One picture by which a person can judge a registration: report.png."""
+"""One picture by which a person can assess a registration: report.png."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def draw_report(result: Result) -> Figure:
 
 
 def drawn_texts(figure: Figure) -> Iterator[Text]:
-    """Every text of a figure; those in the cells of tables are no children that matplotlib tells of."""
+    """Every text of a figure; those in the cells of tables are not among the children that matplotlib lists."""
     from matplotlib.table import Table
     from matplotlib.text import Text
 
@@ -237,7 +237,7 @@ def _draw_motions(axes: Axes, result: Result) -> None:
         cell.set_height(height)
         cell.set_edgecolor("#d5dbe1")
         cell.set_text_props(color=_INK, weight="bold" if row == 0 else "normal")
-        cell.get_text().set_ha("left" if column == 0 else "right")
+        cell.get_text().set_horizontalalignment("left" if column == 0 else "right")
 
 
 def motion_rows(result: Result) -> tuple[list[str], list[list[str]]]:

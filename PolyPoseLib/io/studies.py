@@ -28,8 +28,23 @@ _LOG = logging.getLogger(__name__)
 def load_study(path: str | Path, allow_outside: bool = False) -> Study:
     """Read a study file and everything that it names.
 
-    Raises InputError: one sentence that names the file, the field and the mend, for whatever is wrong.
-    Files outside the study's folder are read only with allow_outside.
+    Parameters
+    ----------
+    path : path
+        The study's JSON file; its paths start from its folder.
+    allow_outside : bool
+        Whether files outside that folder may be read.
+
+    Returns
+    -------
+    Study
+        With its images in memory.
+
+    Raises
+    ------
+    InputError
+        Whatever is wrong; the sentence names the file, the field and the fix.
+
     """
     path = Path(path)
     fields = study_schema.read(path)
@@ -38,7 +53,7 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
         ct_path = study_paths.resolve(fields["ct"], "ct", folder, allow_outside)
         labels_path = study_paths.resolve(fields["segmentation"], "segmentation", folder, allow_outside)
         options = _with_paths(fields.get("options") or {}, folder, allow_outside)
-        entries = [
+        entries: list[dict[str, Any]] = [
             {
                 name: study_paths.resolve(value, f'xrays"[{number}]."{name}', folder, allow_outside)
                 if name in ("image", "mask", "calibration") and value is not None

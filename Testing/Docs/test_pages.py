@@ -18,6 +18,9 @@ from PolyPoseLib.__main__ import build_parser
 
 EVERYTHING = [*PAGES, *NOTEBOOKS]
 
+_OTHER_WORDS = ("SUBCOMMAND", "--version", "--print-completion", "...")
+"""What may follow the command's name in place of a subcommand."""
+
 
 @pytest.mark.parametrize("page", EVERYTHING, ids=name_of)
 def test_links_lead_to_files_and_headings(page) -> None:
@@ -59,7 +62,7 @@ def test_commands_are_understood(page) -> None:
         words = shlex.split(command)
         parser = build_parser()
         if len(words) == 1 or words[0].isupper() or words[0].startswith("-"):
-            assert words[0] in _subcommands(parser) or words[0] in ("SUBCOMMAND", "--version", "--print-completion", "...")
+            assert words[0] in _subcommands(parser) or words[0] in _OTHER_WORDS
             continue
         try:
             parser.parse_args(words)

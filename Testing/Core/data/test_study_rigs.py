@@ -78,7 +78,7 @@ def test_places_told_in_one_world_are_taken(folder, seen):
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
 def test_two_worlds_in_one_rig_are_refused(folder, placed, order):
     mixed = [xray(folder, 0, calibrated=True, placed=placed), xray(folder, 1, calibrated=False, placed=True)]
-    with pytest.raises(InputError, match='"biplane" mixes two worlds') as error:
+    with pytest.raises(InputError, match='"biplane" mixes two coordinate frames') as error:
         study(*(mixed[n] for n in order))
     assert '"ap"' in str(error.value) and '"side"' in str(error.value)
     study(mixed[0], xray(folder, 1, calibrated=True), replace(mixed[1], rig=None))
