@@ -30,11 +30,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     study's.
     """
     parser.add_argument(
-        "--preset", choices=CHOICES["preset"], help="how carefully to register (default: default)"
+        "--preset", choices=CHOICES["preset"], help="accuracy against time (default: default)"
     )
     parser.add_argument("--device", choices=CHOICES["device"], help="where to compute (default: auto)")
     parser.add_argument("--threads", type=int, metavar="N", help="CPU threads (default: all)")
-    parser.add_argument("--seed", type=int, metavar="N", help="of every random choice (default: 0)")
+    parser.add_argument("--seed", type=int, metavar="N", help="seed of every random choice (default: 0)")
 
 
 def add_progress(parser: argparse.ArgumentParser) -> None:

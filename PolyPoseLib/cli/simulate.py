@@ -46,7 +46,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     add_simulation(parser)
     parser.add_argument(
-        "--seed", type=int, default=0, metavar="N", help="of the motion and noise (default: 0)"
+        "--seed", type=int, default=0, metavar="N", help="seed of the motion and noise (default: 0)"
     )
     parser.add_argument(
         "--camera",
@@ -55,38 +55,51 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="what the study gives of the cameras (default: initial)",
     )
     parser.add_argument(
-        "--format", choices=("dicom", "nifti"), default="dicom", help="of the X-rays (default: dicom, as XA)"
+        "--format",
+        choices=("dicom", "nifti"),
+        default="dicom",
+        help="file format of the X-rays (default: dicom, as XA)",
     )
     parser.set_defaults(run=run)
 
 
 def add_simulation(parser: argparse.ArgumentParser) -> None:
     """Arguments that the demo has as well."""
-    parser.add_argument("--views", type=int, default=2, metavar="N", help="X-rays (default: 2)")
+    parser.add_argument("--views", type=int, default=2, metavar="N", help="number of X-rays (default: 2)")
     parser.add_argument(
-        "--arc", type=float, default=30.0, metavar="DEG", help="spanned by the views (default: 30)"
+        "--arc", type=float, default=30.0, metavar="DEG", help="angle spanned by the views (default: 30)"
     )
     parser.add_argument(
-        "--source-to-detector", type=float, metavar="MM", help="distance (default: the sample's, else 1020)"
+        "--source-to-detector",
+        type=float,
+        metavar="MM",
+        help="distance from the source to the detector (default: the sample's, else 1020)",
     )
     parser.add_argument(
-        "--source-to-isocenter", type=float, metavar="MM", help="distance (default: the sample's, else 780)"
+        "--source-to-isocenter",
+        type=float,
+        metavar="MM",
+        help="distance from the source to the isocentre (default: the sample's, else 780)",
     )
     parser.add_argument(
-        "--pixels", type=int, default=400, metavar="N", help="rows and columns (default: 400)"
+        "--pixels", type=int, default=400, metavar="N", help="rows and columns of an X-ray (default: 400)"
     )
     parser.add_argument(
         "--motion-scale", type=float, default=1.0, metavar="X", help="factor on the motions (default: 1)"
     )
     parser.add_argument(
-        "--rotation-error", type=float, default=4.0, metavar="DEG", help="of the initial cameras (default: 4)"
+        "--rotation-error",
+        type=float,
+        default=4.0,
+        metavar="DEG",
+        help="rotation error of the initial cameras (default: 4)",
     )
     parser.add_argument(
         "--translation-error",
         type=float,
         default=15.0,
         metavar="MM",
-        help="of the initial cameras (default: 15)",
+        help="translation error of the initial cameras (default: 15)",
     )
 
 

@@ -22,9 +22,14 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "labels.nii.gz --label-table totalsegmentator_v2",
     )
     parser.add_argument("segmentation", type=Path, help="label map, or .seg.nrrd with names")
-    parser.add_argument("--label-table", choices=TABLES, help="whose numbers a plain label map holds")
     parser.add_argument(
-        "--detail", choices=DETAILS, default="regions", help="fuse vertebrae and ribs, or not"
+        "--label-table", choices=TABLES, help="label table whose numbers a plain label map holds"
+    )
+    parser.add_argument(
+        "--detail",
+        choices=DETAILS,
+        default="regions",
+        help="regions: fuse vertebrae and ribs; bones: keep them apart (default: regions)",
     )
     parser.set_defaults(run=run)
 

@@ -33,7 +33,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--output", type=Path, required=True, metavar="FILE", help="the model, such as model.pt"
     )
-    parser.add_argument("--minutes", type=float, default=30.0, help="of training at most (default: 30)")
+    parser.add_argument("--minutes", type=float, default=30.0, help="longest time of training (default: 30)")
     parser.add_argument(
         "--resume", action="store_true", help="continue from FILE.checkpoint, which an earlier training left"
     )

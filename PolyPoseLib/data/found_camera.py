@@ -63,8 +63,6 @@ class FoundCamera:
     def __eq__(self, other: object) -> bool:
         return isinstance(other, FoundCamera) and self.to_dict() == other.to_dict()
 
-    __hash__ = None  # type: ignore[assignment]
-
     def camera_of(self, xray: Xray) -> Camera:
         """The X-ray's camera at this place."""
         return Camera(xray.intrinsics, self.extrinsic, *xray.image.shape)

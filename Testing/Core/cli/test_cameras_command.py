@@ -48,7 +48,7 @@ def asked(monkeypatch):
     def guess(scene, xray, backend, monitor, stage, method="auto", model=None):
         calls["asked"].append((xray.name, method))
         return FoundCamera(
-            FOUND, calls["sure"], (2, 10), "as told", () if calls["sure"] else ("uncertain",), 0.8, 0.3
+            FOUND, calls["sure"], (2, 10), "as asked", () if calls["sure"] else ("uncertain",), 0.8, 0.3
         )
 
     monkeypatch.setattr(rig_initial, "initial_camera", guess)
@@ -67,7 +67,7 @@ def test_only_the_missing_camera_is_found_and_written(study, asked, capsys):
     np.testing.assert_array_equal(after["xrays"][1]["extrinsic"], FOUND)
     assert after["xrays"][1]["camera"] == "initial" and after["xrays"][1]["mirrored"] is False
     assert after["xrays"][0] == before["xrays"][0] and after["comment"] == "stays"
-    assert "as told" in capsys.readouterr().out
+    assert "as asked" in capsys.readouterr().out
     assert run(study) == 0
     assert len(asked["asked"]) == 1
 
@@ -112,7 +112,7 @@ def test_the_report_tells_what_was_found_and_how_sure_it_is(study, asked, tmp_pa
     (camera,) = found["cameras"]
     assert (camera["number"], camera["name"], camera["sure"]) == (1, "side", False)
     assert (camera["similarity"], camera["runner_up"], camera["within"]) == (0.8, 0.3, [2, 10])
-    assert camera["how"] == "as told" and camera["warnings"] == ["uncertain"] and camera["mirrored"] is False
+    assert camera["how"] == "as asked" and camera["warnings"] == ["uncertain"] and camera["mirrored"] is False
     np.testing.assert_array_equal(camera["extrinsic"], FOUND)
     assert run(study, "--report", str(tmp_path / "nowhere" / "found.json")) == 2
 

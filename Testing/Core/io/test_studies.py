@@ -1,4 +1,4 @@
-"""Studies: every wrong field is one sentence that names the file, the field and the mend."""
+"""Studies: every wrong field is one sentence that names the file, the field and the fix."""
 
 import copy
 import json
