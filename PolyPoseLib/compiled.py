@@ -30,6 +30,8 @@ _LOG = logging.getLogger(__name__)
 
 _DIGEST_BYTES = hashlib.sha256().digest_size
 
+_warned: list[str] = []
+
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Decorator: ``numba.njit(**options)`` with a cache on disk.
@@ -134,6 +136,7 @@ def private_temporary_folder() -> Path:
     ------
     OSError
         When it can neither be made nor trusted.
+
     """
     user = os.getuid() if hasattr(os, "getuid") else None
     folder = Path(tempfile.gettempdir()) / ("polypose" if user is None else f"polypose-{user}")
@@ -169,9 +172,11 @@ def _use_folder(folder: Path) -> None:
     numba.config.CACHE_DIR = str(folder)
 
 
-@functools.cache
 def _warn_once(reason: str) -> None:
-    """One line in the log for each reason."""
+    """One line in the log, whatever the number of loops."""
+    if _warned:
+        return
+    _warned.append(reason)
     _LOG.warning(
         "Compiled loops cannot be kept on disk (%s), so that every start compiles them again: "
         "set NUMBA_CACHE_DIR to a folder that can be written.",

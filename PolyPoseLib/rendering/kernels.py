@@ -4,14 +4,14 @@ Compiled with numba on first use; callers go through :class:`PolyPoseLib.renderi
 All coordinates are voxel indices (i, j, k) of a volume that is padded with one layer of zeros, so that the
 interpolant falls to zero continuously at the box. Volumes are passed flat, and indices counted in 32 bits: the
 compiler then gathers the voxels of many samples at once.
-
-All kernels stand in one file because numba's cache looks at the file of a kernel alone, not at those it imports from.
 """
 
 import math
 
 import numba
 import numpy as np
+
+from PolyPoseLib.compiled import compiled
 
 TILE = 4
 """Pixels along the edge of the image's tiles; each has its own range of depths."""
@@ -128,7 +128,7 @@ def _displacement(field, at, next_j, next_k, fx, fy, fz):
     )
 
 
-@numba.njit(fastmath=True, cache=True)
+@compiled(fastmath=True)
 def depth_ranges(centres, half_edges, source, to_pixels, near, far):
     """Depths (mm) between which the rays of every tile of an image can meet any of some blocks.
 
@@ -171,7 +171,7 @@ def depth_ranges(centres, half_edges, source, to_pixels, near, far):
         far[:] = np.maximum(far, farthest_around)
 
 
-@numba.njit(parallel=True, fastmath=True, cache=True)
+@compiled(parallel=True, fastmath=True)
 def project(
     volume, size, source, corner, per_column, per_row, inverse_intrinsics, step_mm, near, far, image
 ):  # fmt: skip
@@ -207,7 +207,7 @@ def project(
             image[row, column] = total * np.float32(step_mm)
 
 
-@numba.njit(parallel=True, fastmath=True, cache=True)
+@compiled(parallel=True, fastmath=True)
 def project_with_moments(
     volume, size, source, corner, per_column, per_row, inverse_intrinsics, step_mm, near, far, image, moments
 ):  # fmt: skip
@@ -262,7 +262,7 @@ def project_with_moments(
             moments[row, column, 5] = (first * gz + between * hz) * weight
 
 
-@numba.njit(parallel=True, fastmath=True, cache=True)
+@compiled(parallel=True, fastmath=True)
 def project_warped(
     volume, size, field, field_size, grid_scale, grid_offset, low, high, source, corner, per_column, per_row,
     inverse_intrinsics, step_mm, near, far, image,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from PolyPoseLib.compiled import compiled
 
-@numba.njit(cache=True, nogil=True)
+
+@compiled(nogil=True)
 def lower_envelope(squared: np.ndarray, step: float, places: np.ndarray, out: np.ndarray) -> None:
     """Fill out (a, p, n) with the minimum over m of squared (a, m, n) + (places[p] - m step)^2.
 

@@ -5,13 +5,14 @@ import math
 import numba
 import numpy as np
 
+from PolyPoseLib.compiled import compiled
 from PolyPoseLib.geometry.exponential_kernel import cubic, sinc, versine
 from PolyPoseLib.warp.weight_kernel import raw_weight
 
 _float = np.float32
 
 
-@numba.njit(parallel=True, fastmath=True, cache=True)
+@compiled(parallel=True, fastmath=True)
 def displace(points, maps, to_grid, spacing, share, form, constant, travel, poses, logs, shifts, reach2, out):
     """Fill out (N, 3) with the displacements in mm of points (N, 3).
 

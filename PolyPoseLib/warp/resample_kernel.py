@@ -8,11 +8,13 @@ moving volume's index. Beyond the field its nearest displacement is taken.
 import numba
 import numpy as np
 
+from PolyPoseLib.compiled import compiled
+
 TIE = 1e-9
 """Shares of labels that differ by less are equal."""
 
 
-@numba.njit(parallel=True, cache=True)
+@compiled(parallel=True)
 def warp_linear(volume, vectors, to_field, to_moving, turn, outside, out):
     """Fill out (K, J, I) float32 from volume (D, H, W) float32, trilinear; half a voxel around it its border holds."""
     depth, height, width = volume.shape
@@ -34,7 +36,7 @@ def warp_linear(volume, vectors, to_field, to_moving, turn, outside, out):
                 out[k, j, i] = c0 + fz * (c1 - c0)
 
 
-@numba.njit(parallel=True, cache=True)
+@compiled(parallel=True)
 def warp_votes(labels, vectors, to_field, to_moving, turn, out):
     """Fill out (K, J, I) with the labels of largest trilinear weight, as ``vote.LabelVote`` finds them."""
     depth, height, width = labels.shape

@@ -18,6 +18,7 @@ from PolyPoseLib.baselines.published.kernel_stages import (
     pull_back,
     warp,
 )
+from PolyPoseLib.compiled import compiled
 from PolyPoseLib.warp.weight_kernel import raw_weight
 
 
@@ -26,7 +27,7 @@ def first_blocks(count: np.ndarray) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(-(-count.astype(np.int64) // LANES))])
 
 
-@numba.njit(parallel=True, fastmath=True, cache=True)
+@compiled(parallel=True, fastmath=True)
 def integrate(volume, weights, blocks, first, step, count, logs, to_index, step_mm, image, jacobian):
     """Line integrals of a volume that is seen through a polyrigid warp, and their derivatives by the logarithms.
 
@@ -58,7 +59,7 @@ def integrate(volume, weights, blocks, first, step, count, logs, to_index, step_
                     jacobian[ray, k, c] *= scale
 
 
-@numba.njit(parallel=True, fastmath=True, cache=True)
+@compiled(parallel=True, fastmath=True)
 def fill_weights(maps, to_grid, spacing, share, form, constant, blocks, first, step, weights):
     """Weights of all samples, those that fill up a ray's last block included.
 

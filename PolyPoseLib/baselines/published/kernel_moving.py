@@ -19,10 +19,11 @@ from PolyPoseLib.baselines.published.kernel_stages import (
     pull_back,
     warp,
 )
+from PolyPoseLib.compiled import compiled
 from PolyPoseLib.warp.weight_kernel import _float, _relative_slope, raw_weight
 
 
-@numba.njit(parallel=True, fastmath=True, cache=True)
+@compiled(parallel=True, fastmath=True)
 def integrate_moving(
     volume, maps, to_grid, spacing, share, form, constant, blocks, first, step, count, logs, poses, to_index,
     step_mm, image, jacobian, rotation_falloff,
