@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core import config
 from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
 
@@ -41,7 +42,7 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """
 
     def decorate(function: Callable[..., Any]) -> Any:
-        dispatcher = numba.njit(**options)(function)
+        dispatcher: Any = numba.njit(**options)(function)
         cache = _cache_of(function)
         if cache is not None:
             dispatcher._cache = cache
@@ -169,7 +170,8 @@ def _use_folder(folder: Path) -> None:
         "Compiled loops are kept in %s: neither the package's nor the user's folder can be written.", folder
     )
     os.environ["NUMBA_CACHE_DIR"] = str(folder)
-    numba.config.CACHE_DIR = str(folder)
+    settings: Any = config
+    settings.CACHE_DIR = str(folder)
 
 
 def _warn_once(reason: str) -> None:

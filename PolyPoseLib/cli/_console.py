@@ -103,6 +103,7 @@ def start_logging(quiet: bool) -> None:
     logger.handlers[:] = [handler]
     logger.propagate = False
     logger.setLevel(logging.ERROR if quiet else logging.INFO)
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where its caches are is no news to a user
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
