@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import slicer
 from slicer.i18n import tr as _
@@ -24,6 +24,14 @@ if str(Path(__file__).parent) not in sys.path:
 from PolyPoseSlicer.process import environment
 
 environment.make_core_importable()
+
+if TYPE_CHECKING:
+    from PolyPoseSlicer.process.camera_run import CameraRun
+    from PolyPoseSlicer.process.registration import Registration
+    from PolyPoseSlicer.study.parameters import PolyPoseParameterNode
+    from PolyPoseSlicer.study.results import OutputNodes
+
+    from PolyPoseLib.data.progress import Progress
 
 
 class PolyPose(ScriptedLoadableModule):
@@ -101,11 +109,17 @@ class PolyPoseWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
 class PolyPoseLogic(ScriptedLoadableModuleLogic):
     """Registers nodes of the scene; needs no panel.
 
-    Everything that goes wrong is a PolyPoseLib.errors.PolyPoseError whose text is one sentence.
+    Every failure is a PolyPoseLib.errors.PolyPoseError whose text is one sentence.
     """
 
-    def getParameterNode(self) -> Any:
-        """The scene's PolyPoseSlicer.study.parameters.PolyPoseParameterNode."""
+    def getParameterNode(self) -> PolyPoseParameterNode:
+        """The scene's parameter node of this module; made when there is none.
+
+        Returns
+        -------
+        PolyPoseSlicer.study.parameters.PolyPoseParameterNode
+
+        """
         from PolyPoseSlicer.scene.grid_transform import keep_linear
         from PolyPoseSlicer.study.parameters import PolyPoseParameterNode
 
@@ -125,22 +139,52 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
         outputSegmentation: Any = None,
         options: Mapping[str, Any] | None = None,
         outputFolder: str | Path | None = None,
-        progress: Callable[[Any], None] | None = None,
-    ) -> Any:
-        """Register and wait; returns PolyPoseSlicer.study.results.OutputNodes.
+        progress: Callable[[Progress], None] | None = None,
+    ) -> OutputNodes:
+        """Register nodes and wait for the result.
 
-        ctNode, segmentationNode: taken as they are shown, their transforms included; never changed.
-        structures: {structure: names or IDs of segments}, or names of segments that each move by themselves.
-        xrays: PolyPoseSlicer.study.xray_source.XraySource, image node, or path of a file each.
-        anchor: the structure that stays where it is.
-        output...: nodes to fill; made when they are None. outputTransform maps from the X-rays' posture, which
-            the views show, to the CT, which lies under it.
-        options: as in PolyPoseLib.data.options, such as {"preset": "fast"}.
-        outputFolder: where to keep the result folder.
-        progress: called with each PolyPoseLib.data.progress.Progress.
+        Parameters
+        ----------
+        ctNode : vtkMRMLScalarVolumeNode
+            The preoperative CT in HU, taken as it is shown, its transforms included; never changed.
+        segmentationNode : vtkMRMLSegmentationNode
+            Its bones, taken as they are shown; never changed.
+        structures : dict of str to sequence of str, or sequence of str
+            {structure: names or IDs of the segments that move together}, or names of segments that each move by
+            themselves.
+        xrays : sequence of XraySource, image node, or path
+            One entry per X-ray; PolyPoseSlicer.study.xray_source.XraySource also holds what is known of its geometry.
+        anchor : str
+            The structure that stays where it is and defines the cameras.
+        outputTransform : vtkMRMLTransformNode, optional
+            Filled with the map from the X-rays' posture, which the views show, to the CT; made when it is None.
+        outputVolume : vtkMRMLScalarVolumeNode, optional
+            Filled with the CT in the X-rays' posture, in HU; made when it is None.
+        outputSegmentation : vtkMRMLSegmentationNode, optional
+            Filled with the bones in the X-rays' posture; made when it is None.
+        options : dict, optional
+            As in PolyPoseLib.data.options, such as {"preset": "fast"}.
+        outputFolder : path, optional
+            Where to keep the result folder; None keeps the nodes only.
+        progress : callable, optional
+            Called with each PolyPoseLib.data.progress.Progress; an exception in it stops the registration.
 
-        Raises InputError (something is missing or wrong), UntrustedResultError (the nodes are made, but must
-        not be trusted), CancelledError, or another PolyPoseError.
+        Returns
+        -------
+        PolyPoseSlicer.study.results.OutputNodes
+            The three output nodes, and tables, cameras, renderings and warnings.
+
+        Raises
+        ------
+        InputError
+            Something is missing or wrong.
+        UntrustedResultError
+            The nodes were made, but the result must not be trusted.
+        CancelledError
+            It was cancelled.
+        PolyPoseError
+            Any other failure; the text is one sentence.
+
         """
         registration = self.startRegistration(
             ctNode,
@@ -169,23 +213,64 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
         options: Mapping[str, Any] | None = None,
         outputFolder: str | Path | None = None,
         preview: bool = False,
-    ) -> Any:
-        """As `register`, but returns at once a `process.registration.Registration`, which has to be polled.
+    ) -> Registration:
+        """Start a registration of nodes and return at once.
 
-        preview: refresh outputTransform while it runs.
+        Parameters
+        ----------
+        ctNode, segmentationNode : nodes
+            As in `register`.
+        structures, xrays, anchor : inputs
+            As in `register`.
+        outputTransform, outputVolume, outputSegmentation : nodes, optional
+            As in `register`.
+        options, outputFolder : optional
+            As in `register`.
+        preview : bool
+            Refresh outputTransform while the registration runs.
+
+        Returns
+        -------
+        PolyPoseSlicer.process.registration.Registration
+            Call its `poll` on the main thread until `state.ended`, or `wait`.
+
+        Raises
+        ------
+        InputError
+            Something is missing or wrong.
+
         """
-        from PolyPoseSlicer.calls import start
+        from PolyPoseSlicer.calls import Request, start
         from PolyPoseSlicer.study.results import OutputNodes
 
         nodes = OutputNodes(outputTransform, outputVolume, outputSegmentation)
-        return start(
-            ctNode, segmentationNode, structures, xrays, anchor, nodes, options, outputFolder, preview
-        )
+        inputs = (ctNode, segmentationNode, structures, xrays, anchor)
+        return start(Request(*inputs, nodes, options, outputFolder, preview))
 
     def registerParameters(
-        self, parameterNode: Any = None, progress: Callable[[Any], None] | None = None
-    ) -> Any:
-        """Register what a parameter node says, wait, store the outputs in it and return them."""
+        self,
+        parameterNode: PolyPoseParameterNode | None = None,
+        progress: Callable[[Progress], None] | None = None,
+    ) -> OutputNodes:
+        """Register what a parameter node asks for, wait, and store the output nodes in it.
+
+        Parameters
+        ----------
+        parameterNode : PolyPoseParameterNode, optional
+            The scene's own when it is None.
+        progress : callable, optional
+            As in `register`.
+
+        Returns
+        -------
+        PolyPoseSlicer.study.results.OutputNodes
+
+        Raises
+        ------
+        PolyPoseError
+            As in `register`; after UntrustedResultError the output nodes are stored as well.
+
+        """
         from PolyPoseSlicer.study.parameters import store_outputs
 
         from PolyPoseLib.errors import UntrustedResultError
@@ -200,37 +285,104 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
 
     def startParameters(
         self,
-        parameterNode: Any = None,
+        parameterNode: PolyPoseParameterNode | None = None,
         preview: bool | None = None,
         outputFolder: str | Path | None = None,
-    ) -> Any:
-        """As `startRegistration`, from a parameter node; PolyPoseSlicer.study.parameters.store_outputs at its end."""
+    ) -> Registration:
+        """Start a registration of what a parameter node asks for and return at once.
+
+        Parameters
+        ----------
+        parameterNode : PolyPoseParameterNode, optional
+            The scene's own when it is None.
+        preview : bool, optional
+            Refresh the output transform while the registration runs; None leaves that to the parameter node.
+        outputFolder : path, optional
+            Where to keep the result folder.
+
+        Returns
+        -------
+        PolyPoseSlicer.process.registration.Registration
+            When it has ended, PolyPoseSlicer.study.parameters.store_outputs puts its nodes into the parameter node.
+
+        Raises
+        ------
+        InputError
+            Something is missing or wrong.
+
+        """
         from PolyPoseSlicer.calls import start_parameters
 
         return start_parameters(parameterNode or self.getParameterNode(), preview, outputFolder)
 
-    def startCameras(self, numbers: Sequence[int], parameterNode: Any = None) -> Any:
-        """Look for the first cameras of some X-rays of a parameter node, counted from 0, by their chosen ways.
+    def startCameras(
+        self, numbers: Sequence[int], parameterNode: PolyPoseParameterNode | None = None
+    ) -> CameraRun:
+        """Start to look for the initial cameras of some X-rays, each from its camera source; stores nothing.
 
-        Returns at once a `process.camera_run.CameraRun`, which has to be polled; `found` tells how sure each
-        camera is. Nothing is stored. Raises InputError when something is missing or wrong.
+        Parameters
+        ----------
+        numbers : sequence of int
+            Of the parameter node's X-rays, from 0.
+        parameterNode : PolyPoseParameterNode, optional
+            The scene's own when it is None.
+
+        Returns
+        -------
+        PolyPoseSlicer.process.camera_run.CameraRun
+            Call its `poll` on the main thread until `state.ended`; then `found` holds a
+            PolyPoseLib.data.found_camera.FoundCamera for each entry of numbers, by its place in it.
+
+        Raises
+        ------
+        InputError
+            Something is missing or wrong.
+
         """
         from PolyPoseSlicer.calls import start_cameras
 
         return start_cameras(parameterNode or self.getParameterNode(), numbers)
 
-    def loadResult(self, folder: str | Path, ctNode: Any = None, segmentationNode: Any = None) -> Any:
-        """Open the folder of an earlier registration; returns PolyPoseSlicer.study.results.OutputNodes.
+    def loadResult(self, folder: str | Path, ctNode: Any = None, segmentationNode: Any = None) -> OutputNodes:
+        """Open the result folder of an earlier registration.
 
-        segmentationNode: gives the segments their names and colours when the folder was made from it.
-        Raises InputError when the folder holds no whole result.
+        Parameters
+        ----------
+        folder : path
+            As the registration wrote it.
+        ctNode : vtkMRMLScalarVolumeNode, optional
+            Gives the warped CT its window and level.
+        segmentationNode : vtkMRMLSegmentationNode, optional
+            Gives the segments their names and colours; the one that the folder was made from.
+
+        Returns
+        -------
+        PolyPoseSlicer.study.results.OutputNodes
+
+        Raises
+        ------
+        InputError
+            The folder holds no complete result; nothing was added to the scene.
+
         """
         from PolyPoseSlicer.calls import load
 
         return load(folder, ctNode, segmentationNode)
 
-    def missingInput(self, parameterNode: Any = None) -> str:
-        """One sentence that says what is still missing, empty when a registration can start."""
+    def missingInput(self, parameterNode: PolyPoseParameterNode | None = None) -> str:
+        """What is still missing before a registration can start.
+
+        Parameters
+        ----------
+        parameterNode : PolyPoseParameterNode, optional
+            The scene's own when it is None.
+
+        Returns
+        -------
+        str
+            One sentence for people, empty when nothing is missing.
+
+        """
         from PolyPoseSlicer.study.parameters import missing_input
 
         return environment.version_problem() or missing_input(parameterNode or self.getParameterNode())

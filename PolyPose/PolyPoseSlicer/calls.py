@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import InputError
 
@@ -30,52 +32,86 @@ NAME = "PolyPose"
 """Begins the names of new nodes."""
 
 
-def start(
-    ct: Any,
-    segmentation: Any,
-    structures: Mapping[str, Sequence[str]] | Sequence[str],
-    xrays: Sequence[Any],
-    anchor: str,
-    nodes: OutputNodes,
-    options: Mapping[str, Any] | None = None,
-    output_folder: str | Path | None = None,
-    preview: bool = False,
-    command: list[str] | None = None,
-) -> Registration:
-    """Start a registration of nodes; see PolyPoseLogic.register. Raises InputError at once for wrong inputs."""
+@dataclass(frozen=True)
+class Request:
+    """What to register, and where its result goes; the fields are described at PolyPoseLogic.register.
+
+    nodes: the output nodes; those that are None are made. preview: whether nodes.transform is refreshed meanwhile.
+    """
+
+    ct: Any
+    segmentation: Any
+    structures: Mapping[str, Sequence[str]] | Sequence[str]
+    xrays: Sequence[Any]
+    anchor: str
+    nodes: OutputNodes
+    options: Mapping[str, Any] | None = None
+    output_folder: str | Path | None = None
+    preview: bool = False
+
+    @classmethod
+    def of(
+        cls,
+        parameters: PolyPoseParameterNode,
+        preview: bool | None = None,
+        output_folder: str | Path | None = None,
+    ) -> Request:
+        """What a parameter node asks for; preview None leaves that to it."""
+        return cls(
+            parameters.ct,
+            parameters.segmentation,
+            structures_of(parameters),
+            xray_sources(parameters),
+            parameters.anchor,
+            outputs_of(parameters),
+            options_of(parameters),
+            output_folder,
+            parameters.livePreview if preview is None else preview,
+        )
+
+    def by_structure(self) -> Mapping[str, Sequence[str]]:
+        """{structure: names or IDs of its segments}."""
+        if isinstance(self.structures, Mapping):
+            return self.structures
+        return {name: [name] for name in self.structures}
+
+
+def start(request: Request, command: list[str] | None = None) -> Registration:
+    """Start a registration of nodes; raises InputError at once for wrong inputs.
+
+    command: another program than PolyPoseLib, for tests.
+    """
     problem = environment.version_problem()
     if problem:
         raise InputError(problem)
-    if not isinstance(structures, Mapping):
-        structures = {name: [name] for name in structures}
-    for given, output in ((ct, nodes.volume), (segmentation, nodes.segmentation)):
+    nodes = request.nodes
+    for given, output in ((request.ct, nodes.volume), (request.segmentation, nodes.segmentation)):
         if output is not None and output is given:
             raise InputError(
-                f"'{output.GetName()}' is input and output at once: choose another node for the output."
+                _("'{name}' is both an input and an output: choose another node for the output.").format(
+                    name=output.GetName()
+                )
             )
-    style = InputStyle.of(ct, segmentation)
-    study = read_study(ct, segmentation, structures, xrays, anchor, options)
-    return Registration(study, nodes, style, NAME, output_folder, preview, command)
+    style = InputStyle.of(request.ct, request.segmentation)
+    study = read_study(
+        request.ct,
+        request.segmentation,
+        request.by_structure(),
+        request.xrays,
+        request.anchor,
+        request.options,
+    )
+    return Registration(study, nodes, style, NAME, request.output_folder, request.preview, command)
 
 
 def start_parameters(
     parameters: PolyPoseParameterNode, preview: bool | None = None, output_folder: str | Path | None = None
 ) -> Registration:
-    """Start what a parameter node says; preview None leaves that to it. Raises InputError at once."""
+    """Start what a parameter node asks for; preview None leaves that to it. Raises InputError at once."""
     missing = missing_input(parameters)
     if missing:
         raise InputError(missing)
-    return start(
-        parameters.ct,
-        parameters.segmentation,
-        structures_of(parameters),
-        xray_sources(parameters),
-        parameters.anchor,
-        outputs_of(parameters),
-        options_of(parameters),
-        output_folder,
-        preview=parameters.livePreview if preview is None else preview,
-    )
+    return start(Request.of(parameters, preview, output_folder))
 
 
 def start_cameras(
@@ -83,7 +119,7 @@ def start_cameras(
 ) -> CameraRun:
     """Start looking for the cameras of some X-rays of a parameter node; what is found is not stored.
 
-    numbers: of xray_sources(parameters); number n of them is number n of the run's findings. Raises InputError at once
+    numbers: of xray_sources(parameters); number n of them is number n of what the run finds. Raises InputError at once
     for wrong inputs.
     """
     problem = environment.version_problem() or missing_input(parameters)
@@ -99,8 +135,8 @@ def start_cameras(
         parameters.anchor,
         options_of(parameters),
     )
-    ways = {source.way for source in wanted}
-    chosen = ways.pop() if len(ways) == 1 else CameraSource.AUTO
+    camera_sources = {source.camera_source for source in wanted}
+    chosen = camera_sources.pop() if len(camera_sources) == 1 else CameraSource.AUTO
     method = (
         chosen.value
         if chosen in (CameraSource.DICOM, CameraSource.LANDMARKS, CameraSource.SEARCH, CameraSource.LEARNED)
@@ -110,12 +146,13 @@ def start_cameras(
 
 
 def without_camera(source: XraySource) -> XraySource:
-    """An X-ray as if it had no camera yet, so that one is looked for in its way."""
+    """An X-ray as if it had no camera yet, so that its source is asked for one."""
     fields = {key: value for key, value in source.fields.items() if key != "extrinsic"}
     if fields.get("camera") == "known":
         fields.pop("camera")
-    way = CameraSource.AUTO if source.way is CameraSource.CARM else source.way
-    return replace(source, fields=fields, way=way, camera_transform=None, found=None)
+    by_hand = source.camera_source is CameraSource.CARM
+    camera_source = CameraSource.AUTO if by_hand else source.camera_source
+    return replace(source, fields=fields, camera_source=camera_source, camera_transform=None, found=None)
 
 
 def load(

@@ -134,7 +134,7 @@ def _add_segmentation(
 
 
 def test_frames(test: unittest.TestCase) -> None:
-    """RAS and LPS are told apart."""
+    """RAS and LPS coordinates are converted."""
     point = np.array([1.0, 2.0, 3.0])
     test.assertEqual(flip_vectors(point).tolist(), [-1.0, -2.0, 3.0])
     test.assertTrue(np.allclose(flip_map(flip_map(_mobile_motion())), _mobile_motion()))

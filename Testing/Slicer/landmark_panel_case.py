@@ -1,4 +1,4 @@
-"""What the tests of landmarks in the panel share: an X-ray whose way is landmarks, and its true camera."""
+"""What the tests of landmarks in the panel share: an X-ray whose camera comes from landmarks, and its true camera."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from PolyPoseSlicer.study import parameters
 from PolyPoseSlicer.study.camera_source import CameraSource
 from PolyPoseSlicer.study.xray_source import XraySource
 
-WAYS = [way.value for way in CameraSource]
+SOURCES = [source.value for source in CameraSource]
 
 
 class LandmarksCase(PanelCase):
-    """One X-ray without a camera whose way is landmarks; the truth is self.camera."""
+    """One X-ray without a camera, whose camera source is landmarks; the truth is self.camera."""
 
     def setUp(self) -> None:
         super().setUp()
@@ -28,8 +28,8 @@ class LandmarksCase(PanelCase):
         self.ui.xraysTable.selectRow(0)
         self.choose(CameraSource.LANDMARKS)
 
-    def choose(self, way: CameraSource) -> None:
-        self.ui.cameraWay.currentIndex = WAYS.index(way.value)
+    def choose(self, source: CameraSource) -> None:
+        self.ui.cameraSource.currentIndex = SOURCES.index(source.value)
 
     def source(self, row: int = 0) -> XraySource:
         return parameters.xray_sources(self.panel.parameters)[row]

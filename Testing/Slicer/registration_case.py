@@ -33,16 +33,8 @@ class RegistrationCase(SlicerTestCase):
         super().tearDown()
 
     def start(self, body: str, nodes: OutputNodes | None = None, **options) -> registration.Registration:
-        run = calls.start(
-            self.ct,
-            self.segmentation,
-            STRUCTURES,
-            self.xrays,
-            "pelvis",
-            nodes or OutputNodes(),
-            command=children.command(self.folder, body),
-            **options,
-        )
+        inputs = (self.ct, self.segmentation, STRUCTURES, self.xrays, "pelvis", nodes or OutputNodes())
+        run = calls.start(calls.Request(*inputs, **options), children.command(self.folder, body))
         self.addCleanup(run.close)
         return run
 

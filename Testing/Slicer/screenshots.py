@@ -23,7 +23,7 @@ _GAP = 4
 
 
 def main(study: str, output: str) -> None:
-    """Open the study, register it by the panel's own button, and take the pictures on the way."""
+    """Open the study, register it by the panel's own button, and take the pictures meanwhile."""
     folder = Path(output)
     folder.mkdir(parents=True, exist_ok=True)
     manager = layout.install(_SIZE)
@@ -59,9 +59,9 @@ def _landmarks(panel, manager, folder: Path, study: Path) -> None:
     points = _places_on_the_anchor(study)
     pixels = _project(truth, points) + rng.normal(0, 1.5, (len(points), 2))
     pixels[4] += [-60, -45]
-    ways = list(CameraSource)
+    sources = list(CameraSource)
     ui.cameraSection.collapsed = False
-    ui.cameraWay.currentIndex = ways.index(CameraSource.LANDMARKS)
+    ui.cameraSource.currentIndex = sources.index(CameraSource.LANDMARKS)
     panel.landmarks.pick_in_ct(True)
     panel.landmarks.pick_in_xray(True)
     panel.landmarks.pick_in_xray(False)
@@ -77,15 +77,15 @@ def _landmarks(panel, manager, folder: Path, study: Path) -> None:
     pictures = [manager.slices["PolyPoseXray1"], manager.slices["Red"]]
     _save(_tile([[_picture(each) for each in pictures] + [_three_d(manager)]]), folder / "landmarks.png")
     ui.xraysTable.selectRow(1)
-    ui.cameraWay.currentIndex = ways.index(CameraSource.SEARCH)
+    ui.cameraSource.currentIndex = sources.index(CameraSource.SEARCH)
     ui.findCamera.click()
     _wait(lambda: not panel.cameras.running, 300)
-    print(ui.cameraStage.text, ui.cameraFinding.text)
+    print(ui.cameraStage.text, ui.foundCameraText.text)
     _panel(ui, folder / "panel-found.png", ("cameraSection",))
     ui.xraysTable.selectRow(0)
     for row in (0, 1):
         ui.xraysTable.selectRow(row)
-        ui.cameraWay.currentIndex = 0
+        ui.cameraSource.currentIndex = 0
     ui.xraysTable.selectRow(0)
     for node in (source.ct_landmarks, source.xray_landmarks):
         node.GetDisplayNode().SetVisibility(False)

@@ -122,9 +122,9 @@ class PairsTest(SlicerTestCase):
         xray = landmark_case.add_xray_list(np.ones((3, 2)))
         xray.SetNthControlPointPosition(1, 5.0, 6.0, 40.0)
         pairs = landmark_lists.pairs_of(ct, xray)
-        self.assertEqual((pairs.names, pairs.astray, pairs.ct_alone), (("1", "3"), ("2",), ("2",)))
+        self.assertEqual((pairs.names, pairs.off_image, pairs.ct_alone), (("1", "3"), ("2",), ("2",)))
         xray.SetAndObserveTransformNodeID(None)
-        self.assertEqual(len(landmark_lists.pairs_of(ct, xray).astray), 3)
+        self.assertEqual(len(landmark_lists.pairs_of(ct, xray).off_image), 3)
 
     def test_the_point_under_the_mouse_is_none_yet(self) -> None:
         ct = landmark_case.add_ct_list(np.eye(3))
@@ -178,11 +178,12 @@ class FitTest(SlicerTestCase):
             mirrored = bool(trial % 2)
             pairs = self.pairs(rng, camera, int(rng.integers(5, 9)), mirrored)
             fit = landmark_fit.fit_landmarks(pairs, xray_of(camera, mirrored))
-            self.assertEqual((fit.problem, fit.doubts), ("", ()))
+            self.assertEqual((fit.problem, fit.warnings), ("", ()))
             np.testing.assert_allclose(fit.solution.camera.extrinsic, camera.extrinsic, atol=1e-4)
             np.testing.assert_allclose(fit.projected, pairs.pixels, atol=1e-4)
             self.assertIn(
-                f"{len(pairs.names)} of {len(pairs.names)} landmarks, 0.0 mm", landmark_fit.fit_sentence(fit)
+                f"{len(pairs.names)} of {len(pairs.names)} landmarks used, RMS error 0.0 mm",
+                landmark_fit.fit_sentence(fit),
             )
 
     def test_a_wrong_pair_is_named_and_left_out(self) -> None:
@@ -213,7 +214,7 @@ class FitTest(SlicerTestCase):
 
 
 class EntryTest(SlicerTestCase):
-    """What each way writes into a study, and that the core reads it."""
+    """What each camera source writes into a study, and that the core reads it."""
 
     def setUp(self) -> None:
         super().setUp()
@@ -231,8 +232,9 @@ class EntryTest(SlicerTestCase):
             xray_landmarks=landmark_case.add_xray_list(self.camera.project(self.points)),
         )
 
-    def entry(self, way: CameraSource, **changes) -> dict:
-        return json.loads(json.dumps(replace(self.source, way=way, **changes).entry("x.nrrd", None)))
+    def entry(self, camera_source: CameraSource, **changes) -> dict:
+        source = replace(self.source, camera_source=camera_source, **changes)
+        return json.loads(json.dumps(source.entry("x.nrrd", None)))
 
     def test_landmarks_of_the_scene_give_the_core_the_true_camera(self) -> None:
         from PolyPoseLib.geometry.pnp import camera_from_landmarks
@@ -252,7 +254,7 @@ class EntryTest(SlicerTestCase):
 
         ct = scenes.add_ct()
         bones = scenes.add_segmentation(ct)
-        source = replace(self.source, way=CameraSource.LANDMARKS)
+        source = replace(self.source, camera_source=CameraSource.LANDMARKS)
         data = read_study(ct, bones, {"pelvis": ["pelvis"]}, [source], "pelvis")
         path = write_study(data, self.folder)
         wanted = json.loads(path.read_text())["xrays"][0]["landmarks"]
@@ -262,7 +264,7 @@ class EntryTest(SlicerTestCase):
         node = PolyPoseLogic().getParameterNode()
         open_study(path, node)
         opened = parameters.xray_sources(node)[0]
-        self.assertIs(opened.way, CameraSource.LANDMARKS)
+        self.assertIs(opened.camera_source, CameraSource.LANDMARKS)
         found = opened.entry("x.nrrd", None)["landmarks"]
         self.assertEqual([each["name"] for each in found], [each["name"] for each in wanted])
         for key in ("point", "pixel"):
@@ -289,12 +291,12 @@ class EntryTest(SlicerTestCase):
         path = self.folder / "camera.csv"
         np.savetxt(path, self.camera.intrinsics @ self.camera.extrinsic[:3], delimiter=",")
         fields = {"source_to_detector_mm": 1000.0, "calibration": str(path)}
-        source = replace(self.source, fields=fields, way=CameraSource.CALIBRATION)
+        source = replace(self.source, fields=fields, camera_source=CameraSource.CALIBRATION)
         self.assertEqual(source.entry("x.nrrd", None)["calibration_frame"], "ct")
         xray = read_source(source)
         np.testing.assert_allclose(xray.extrinsic, self.camera.extrinsic, atol=1e-6)
         np.testing.assert_allclose(xray.intrinsics, self.camera.intrinsics, atol=1e-6)
-        other = read_source(replace(source, way=CameraSource.SEARCH))
+        other = read_source(replace(source, camera_source=CameraSource.SEARCH))
         self.assertIsNone(other.extrinsic)
         np.testing.assert_allclose(other.intrinsics, self.camera.intrinsics, atol=1e-6)
 

@@ -1,4 +1,4 @@
-"""The panel's search for first cameras: by a child process, with doubts that are shown and not taken silently."""
+"""The panel's search for initial cameras: by a child process; an uncertain camera is shown and not used silently."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from PolyPoseSlicer.study.xray_source import XraySource
 from PolyPoseLib.data.found_camera import FoundCamera
 from PolyPoseLib.errors import InputError
 
-WAYS = [way.value for way in CameraSource]
+SOURCES = [source.value for source in CameraSource]
 ANSWER = """
 arguments = arguments[2:]  # after -m PolyPoseLib
 study = json.loads(Path(arguments[1]).read_text())
@@ -49,7 +49,7 @@ def found(sure: bool = True, **changes) -> dict:
         entry |= {
             "how": "searched around PA: similarity 0.71, the next best 0.69",
             "runner_up": 0.69,
-            "warnings": ['The camera of X-ray "AP" is doubtful: another view <explains> it.'],
+            "warnings": ['The camera of X-ray "AP" is uncertain: another view <explains> it.'],
         }
     return entry | changes
 
@@ -66,9 +66,9 @@ class CamerasCase(PanelCase):
         )
         self.ui.xraysTable.selectRow(0)
 
-    def choose(self, way: CameraSource, row: int = 0) -> None:
+    def choose(self, source: CameraSource, row: int = 0) -> None:
         self.ui.xraysTable.selectRow(row)
-        self.ui.cameraWay.currentIndex = WAYS.index(way.value)
+        self.ui.cameraSource.currentIndex = SOURCES.index(source.value)
 
     def source(self, row: int = 0) -> XraySource:
         return parameters.xray_sources(self.panel.parameters)[row]
@@ -107,7 +107,7 @@ class FindTest(CamerasCase):
         entry = source.entry("x", None)
         np.testing.assert_allclose(entry["extrinsic"], extrinsic, atol=1e-9)
         self.assertEqual(entry["camera"], "initial")
-        text = self.ui.cameraFinding.text
+        text = self.ui.foundCameraText.text
         for part in ("searched around PA", "2 deg and 10 mm", "0.71", "the next best 0.42"):
             self.assertIn(part, text)
         self.assertNotIn("9888", text)
@@ -115,29 +115,29 @@ class FindTest(CamerasCase):
         self.assertIn("1 found", self.ui.cameraStage.text)
         self.assertIn("none yet", self.ui.xraysTable.item(1, 2).text())
 
-    def test_a_doubtful_camera_waits_for_a_person(self) -> None:
+    def test_an_uncertain_camera_waits_for_a_person(self) -> None:
         self.choose(CameraSource.SEARCH)
         self.answer(found(sure=False))
         self.find()
         self.assertIsNone(self.source().camera_transform)
         self.assertNotIn("extrinsic", self.source().entry("x", None))
-        text = self.ui.cameraFinding.text
-        for part in ("9888", "color", "0.69", "was not taken", "another view &lt;explains&gt;"):
+        text = self.ui.foundCameraText.text
+        for part in ("9888", "color", "0.69", "not in use", "another view &lt;explains&gt;"):
             self.assertIn(part, text)
-        self.assertIn("1 doubtful, and not taken", self.ui.cameraStage.text)
-        self.assertIn("doubtful", self.ui.xraysTable.item(0, 2).text())
-        self.ui.lookAtFinding.click()
+        self.assertIn("1 uncertain and not in use", self.ui.cameraStage.text)
+        self.assertIn("uncertain", self.ui.xraysTable.item(0, 2).text())
+        self.ui.showFoundCamera.click()
         self.wait(lambda: self.panel.carm.seconds)
         _intrinsics, extrinsic = scenes.camera_matrix()
         placed = self.panel.carm.placement().extrinsic(self.panel.carm.reference())
         np.testing.assert_allclose(placed[:3, 3], extrinsic[:3, 3], atol=2.0)
         self.assertIsNone(self.source().camera_transform)
-        self.ui.acceptFinding.click()
+        self.ui.acceptFoundCamera.click()
         np.testing.assert_allclose(self.source().entry("x", None)["extrinsic"], extrinsic, atol=1e-9)
-        self.assertIn("taken all the same", self.ui.xraysTable.item(0, 2).text())
-        self.assertIn("9888", self.ui.cameraFinding.text)
-        self.assertFalse(self.ui.acceptFinding.enabled)
-        self.ui.discardFinding.click()
+        self.assertIn("accepted by you", self.ui.xraysTable.item(0, 2).text())
+        self.assertIn("9888", self.ui.foundCameraText.text)
+        self.assertFalse(self.ui.acceptFoundCamera.enabled)
+        self.ui.discardFoundCamera.click()
         self.assertIsNone(self.source().found)
         self.assertNotIn("extrinsic", self.source().entry("x", None))
 
@@ -156,16 +156,16 @@ class FindTest(CamerasCase):
         self.wait(lambda: not self.panel.cameras.running)
         self.assertEqual([entry["name"] for entry in self.asked()[1]["xrays"]], ["lateral"])
         self.ui.findCameras.click()
-        self.assertIn("Every X-ray has a camera", self.ui.cameraStage.text)
+        self.assertIn("Every X-ray already has an initial camera", self.ui.cameraStage.text)
 
-    def test_another_way_forgets_what_was_found(self) -> None:
+    def test_another_source_forgets_what_was_found(self) -> None:
         self.choose(CameraSource.SEARCH)
         self.answer(found())
         self.find()
         self.choose(CameraSource.DICOM)
         self.assertIsNone(self.source().found)
         self.assertIsNone(self.source().camera_transform)
-        self.assertIn("no angles", self.ui.cameraFinding.text)
+        self.assertIn("no angles", self.ui.foundCameraText.text)
 
     def test_an_xray_that_changed_meanwhile_is_left(self) -> None:
         self.choose(CameraSource.SEARCH)
@@ -177,12 +177,12 @@ class FindTest(CamerasCase):
         self.assertIsNone(self.source().found)
         self.assertIn("changed meanwhile", self.ui.cameraStage.text)
 
-    def test_ways_that_need_no_search(self) -> None:
-        for way in (CameraSource.CARM, CameraSource.CALIBRATION):
-            self.choose(way)
+    def test_sources_that_need_no_search(self) -> None:
+        for source in (CameraSource.CARM, CameraSource.CALIBRATION):
+            self.choose(source)
             self.assertFalse(self.ui.findCamera.enabled)
-            self.assertIn("without a search", self.ui.findCamera.toolTip)
-        self.assertIn("Choose the calibration's file", self.ui.cameraFinding.text)
+            self.assertIn("needs no search", self.ui.findCamera.toolTip)
+        self.assertIn("Choose the calibration file", self.ui.foundCameraText.text)
 
     def test_a_calibrated_camera_is_shown_at_once(self) -> None:
         rng = np.random.default_rng(2)
@@ -194,7 +194,7 @@ class FindTest(CamerasCase):
         xray = self.panel.xrays.report().xray
         np.testing.assert_allclose(xray.extrinsic, camera.extrinsic, atol=1e-6)
         self.assertEqual(self.source().entry("x", None)["calibration_frame"], "ct")
-        self.assertIn("a calibrated camera", self.ui.xraysTable.item(0, 1).text())
+        self.assertIn("calibrated camera", self.ui.xraysTable.item(0, 1).text())
         path.write_text("1 2 3")
         self.ui.calibrationFile.currentPath = ""
         self.ui.calibrationFile.currentPath = str(path)
@@ -212,7 +212,7 @@ class FindTest(CamerasCase):
     def test_a_trained_model_is_handed_on_and_only_where_it_is_used(self) -> None:
         self.choose(CameraSource.LEARNED)
         self.assertFalse(self.ui.findCamera.enabled)
-        self.assertIn("Choose the model's file", self.ui.cameraFinding.text)
+        self.assertIn("Choose the model file", self.ui.foundCameraText.text)
         self.ui.cameraModel.currentPath = "/models/pelvis.pt"
         self.assertTrue(self.ui.findCamera.enabled)
         self.answer(found(sure=False))
@@ -243,7 +243,7 @@ class FindTest(CamerasCase):
         self.rig("biplane", 0)
         self.assertEqual(self.source(0).fields["rig"], "biplane")
         self.assertFalse(self.ui.findCamera.enabled)
-        self.assertIn('Name the rig "biplane" for another X-ray', self.ui.findCamera.toolTip)
+        self.assertIn('The rig "biplane" has only one X-ray', self.ui.findCamera.toolTip)
         self.assertFalse(self.ui.registerButton.enabled)
         self.rig("biplane", 1)
         self.assertTrue(self.ui.findCamera.enabled)
@@ -262,7 +262,7 @@ class FindTest(CamerasCase):
         self.choose(CameraSource.SEARCH)
         type_into(self.ui.rigName, "biplane")
         self.assertEqual(self.ui.xraysTable.item(0, 3).text(), "not ready")
-        self.assertIn("nothing tells its place in it", self.ui.xrayState.text)
+        self.assertIn("nothing gives its place in it", self.ui.xrayState.text)
 
     def test_what_is_missing_is_the_tool_tip(self) -> None:
         self.ui.segmentationSelector.setCurrentNode(None)
@@ -325,12 +325,12 @@ class EndsTest(CamerasCase):
         slicer.util.loadScene(path)
         self.wait(lambda: self.ui.xraysTable.rowCount == 2, 5)
         self.assertEqual(self.source().found, before)
-        self.assertIs(self.source().way, CameraSource.SEARCH)
+        self.assertIs(self.source().camera_source, CameraSource.SEARCH)
         self.ui.xraysTable.selectRow(0)
-        self.assertTrue(self.ui.acceptFinding.enabled)
+        self.assertTrue(self.ui.acceptFoundCamera.enabled)
 
 
-class FindingTest(CamerasCase):
+class FoundCameraTest(CamerasCase):
     def test_a_finding_comes_back_from_what_is_stored(self) -> None:
         finding = FoundCamera.from_dict(found(sure=False))
         self.assertEqual(FoundCamera.from_dict(json.loads(json.dumps(finding.to_dict()))), finding)
@@ -347,7 +347,9 @@ class FindingTest(CamerasCase):
         node.xrayImages, node.xrayCameras, node.xrayTexts = [None], [None], [stored]
         node.EndModify(was)
         (source,) = parameters.xray_sources(node)
-        self.assertEqual((source.path, source.frame, source.way), ("/data/ap.png", None, CameraSource.SEARCH))
+        self.assertEqual(
+            (source.path, source.frame, source.camera_source), ("/data/ap.png", None, CameraSource.SEARCH)
+        )
         self.assertEqual(source.fields, {"source_to_detector_mm": 1000.0})
         camera = source.found
         self.assertEqual(
@@ -382,7 +384,7 @@ class CoreTest(CamerasCase):
         source = XraySource(
             self.xrays[0],
             fields=landmark_case.fields_of(camera),
-            way=CameraSource.LANDMARKS,
+            camera_source=CameraSource.LANDMARKS,
             ct_landmarks=landmark_case.add_ct_list(points),
             xray_landmarks=landmark_case.add_xray_list(camera.project(points)),
         )

@@ -1,4 +1,4 @@
-"""Placing the C-arm: the numbers, the live rendering by a real child process, and the guess that it makes."""
+"""Placing the C-arm: the numbers, the live rendering by a real child process, and the initial camera that it sets."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ SLOW_RENDERER = """
 import numpy
 print(json.dumps({"ready": True}), flush=True)
 for line in sys.stdin:
-    wish = json.loads(line)
+    request = json.loads(line)
     time.sleep(0.05)
-    numpy.full((wish["height"], wish["width"]), wish["id"], "float32").tofile(wish["output"])
-    print(json.dumps({"id": wish["id"], "seconds": 0.05}), flush=True)
+    numpy.full((request["height"], request["width"]), request["id"], "float32").tofile(request["output"])
+    print(json.dumps({"id": request["id"], "seconds": 0.05}), flush=True)
 """
 
 
@@ -88,7 +88,7 @@ class RenderClientTest(SlicerTestCase):
             time.sleep(0.002)
         return images
 
-    def test_the_newest_wish_wins_and_none_is_queued(self) -> None:
+    def test_the_newest_request_wins_and_none_is_queued(self) -> None:
         client = self.client(SLOW_RENDERER)
         self.run_until(client, lambda _images: client.ready)
         for _ in range(100):
@@ -136,7 +136,7 @@ class CarmPanelTest(PanelCase):
 
     def test_the_rendering_follows_the_sliders_at_once(self) -> None:
         self.live()
-        self.assertIn("ms an image", self.ui.carmStatus.text)
+        self.assertIn("ms per image", self.ui.carmStatus.text)
         for step in range(8):
             count = len(self.panel.carm.seconds)
             self.ui.carmSecondary.value = 3 + 2 * step

@@ -12,10 +12,11 @@ import scenes
 import slicer
 from panel_case import INSIDE_SLICER, PanelCase, choose_node, type_into
 from PolyPoseSlicer.study import parameters
+from PolyPoseSlicer.study.field_words import field_labels, in_words
 
 # isort: split
 import qt
-from slicer_case import REPOSITORY
+from slicer_case import REPOSITORY, SlicerTestCase
 
 _CONTROLS = {
     "QPushButton", "QCheckBox", "QRadioButton", "QComboBox", "QSpinBox", "QLineEdit", "QTableWidget",
@@ -120,7 +121,7 @@ class XraysTest(PanelCase):
         self.assertEqual(self.line(0)[3], "not ready")
         self.assertIn("source", self.ui.xrayState.text)
         type_into(self.ui.xrayDistance, "1000")
-        self.assertEqual(self.line(0)[:2], ["AP", "typed"])
+        self.assertEqual(self.line(0)[:2], ["AP", "entered"])
         self.assertIn("ready", self.line(0)[3])
         self.assertEqual(self.sources()[0].fields, {"source_to_detector_mm": 1000.0})
         self.assertEqual(self.ui.xraySpacingRows.placeholderText, "2")
@@ -157,7 +158,7 @@ class XraysTest(PanelCase):
                 "mirrored": False,
             },
         )
-        self.assertIn("guess", self.line(0)[2])
+        self.assertIn("initial", self.line(0)[2])
         ui.xrayCamera.currentIndex = 2
         self.assertIn("searched", self.line(0)[2])
         ui.clearGeometryButton.click()
@@ -167,11 +168,12 @@ class XraysTest(PanelCase):
     def test_a_text_that_is_no_number_is_said_and_not_stored(self) -> None:
         self.add()
         type_into(self.ui.xrayDistance, "1 m")
-        self.assertIn("'1 m' is no number", self.ui.xrayState.text)
+        self.assertIn("'1 m' is not a number", self.ui.xrayState.text)
         self.assertEqual(dict(self.sources()[0].fields), {})
         type_into(self.ui.xrayDistance, "-5")
         self.assertEqual(self.line(0)[3], "not ready")
-        self.assertIn("source_to_detector_mm", self.ui.xrayState.text)
+        self.assertIn("Source to detector [mm]", self.ui.xrayState.text)
+        self.assertNotIn("_mm", self.ui.xrayState.text)
 
     def test_files_and_their_state(self) -> None:
         self.panel.xrays.add_files([str(self.folder / "nowhere.dcm")])
@@ -218,7 +220,7 @@ class XraysTest(PanelCase):
         self.assertIn("cannot be read as JSON", self.ui.xrayState.text)
         path.write_text("{}")
         self.panel.xrays.read_geometry(str(path))
-        self.assertIn("says nothing", self.ui.xrayState.text)
+        self.assertIn("does not describe", self.ui.xrayState.text)
 
     def test_a_deleted_image_leaves_the_table(self) -> None:
         self.add()
@@ -231,7 +233,7 @@ class XraysTest(PanelCase):
         camera = scenes.add_transform(scenes.rotation((1, 0, 0), 90), "camera")
         choose_node(self.ui.xrayTransform, camera)
         self.assertIs(self.sources()[0].camera_transform, camera)
-        self.assertEqual(self.line(0)[1:3], ["transform", "a guess"])
+        self.assertEqual(self.line(0)[1:3], ["transform", "initial"])
 
     def test_an_edit_leaves_the_digits_of_other_fields(self) -> None:
         self.fill()
@@ -257,7 +259,7 @@ class XraysTest(PanelCase):
         source = self.sources()[0]
         self.assertNotIn("extrinsic", source.fields)
         self.assertEqual(source.fields["primary_angle_deg"], 20)
-        self.assertEqual(self.line(0)[1], "typed")
+        self.assertEqual(self.line(0)[1], "entered")
         self.assertIn("LAO 20", self.ui.xrayState.text)
 
 
@@ -299,6 +301,25 @@ class FormTest(PanelCase):
         for ask in (self.panel.review._ask_report, self.panel.review.motions._ask_file):
             ask()
             self.assertIn("cannot be written", self.ui.reviewState.text)
+
+
+class FieldWordsTest(SlicerTestCase):
+    def test_fields_have_the_names_of_the_form(self) -> None:
+        form = (REPOSITORY / "PolyPose" / "Resources" / "UI" / "PolyPose.ui").read_text()
+        for field, label in field_labels().items():
+            if field not in ("extrinsic", "isocenter_mm"):  # these are not in the form
+                self.assertIn(f"<string>{label}", form)
+
+    def test_origins_and_complaints_name_no_field(self) -> None:
+        for sentence, words in (
+            ("source_to_detector_mm 1020 from DICOM (1)", "Source to detector: 1020 mm, from DICOM (1)"),
+            ("principal_point_px 1.50, 2.00: the centre", "Principal point: 1.50, 2.00 px, the centre"),
+            ("extrinsic from the table", "Camera pose from the table"),
+            ('give an "extrinsic".', 'give a "Camera pose".'),
+            ("pixel_spacing_mm is [0, 1]; give two.", '"Pixel spacing [mm]" is [0, 1]; give two.'),
+            ("Remove the extrinsic calibration.", "Remove the extrinsic calibration."),
+        ):
+            self.assertEqual(in_words(sentence), words)
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ class LiveTest(LandmarksCase):
     def test_the_camera_follows_the_points(self) -> None:
         self.give()
         np.testing.assert_allclose(self.shown(), self.camera.extrinsic, atol=1e-3)
-        self.assertIn("6 of 6 landmarks, 0.0 mm off", self.ui.landmarksText.text)
+        self.assertIn("6 of 6 landmarks used, RMS error 0.0 mm", self.ui.landmarksText.text)
         self.assertNotIn("9888", self.ui.landmarksText.text)
         self.assertEqual([row[3] for row in self.rows()], ["used"] * 6)
         self.assertEqual(self.ui.xraysTable.item(0, 1).text(), "landmarks")
@@ -78,13 +78,13 @@ class LiveTest(LandmarksCase):
         wrong[4] += [20, -12]
         self.give(pixels=wrong)
         self.assertEqual([row[3] == "used" for row in self.rows()], [True] * 4 + [False, True])
-        self.assertIn("does not agree", self.rows()[4][3])
+        self.assertIn("inconsistent with the others", self.rows()[4][3])
         np.testing.assert_allclose(self.shown(), self.camera.extrinsic, atol=1e-3)
 
     def test_fewer_than_four_and_lines_are_text(self) -> None:
         self.give(self.points[:3], self.pixels[:3])
         self.assertIn("3 of at least 4 pairs", self.ui.landmarksText.text)
-        self.assertEqual(self.rows()[0][1:], ["-", "-", "waits"])
+        self.assertEqual(self.rows()[0][1:], ["-", "-", "pending"])
         self.assertIsNone(self.shown())
         self.assertIn("pick landmarks", self.ui.xraysTable.item(0, 2).text())
         line = landmark_case.CENTER + np.outer(np.linspace(-20, 20, 5), [1, 0, 0])
@@ -140,7 +140,7 @@ class ListsTest(LandmarksCase):
         self.choose(CameraSource.LANDMARKS)
         self.assertIsNone(self.ui.xrayLandmarks.currentNode())
         choose_node(self.ui.xrayLandmarks, node)
-        self.assertIn("each X-ray needs its own", self.ui.landmarksText.text)
+        self.assertIn("each X-ray needs a list of its own", self.ui.landmarksText.text)
         self.assertIsNone(self.ui.xrayLandmarks.currentNode())
         self.assertIsNone(self.source(1).xray_landmarks)
         # The CT's list may be shared.
@@ -244,7 +244,7 @@ class ListsTest(LandmarksCase):
         self.wait(lambda: self.ui.xraysTable.rowCount == 2, 5)
         self.ui.xraysTable.selectRow(0)
         self.settle()
-        self.assertIs(self.source().way, CameraSource.LANDMARKS)
+        self.assertIs(self.source().camera_source, CameraSource.LANDMARKS)
         self.assertEqual(len(self.rows()), 6)
         np.testing.assert_allclose(self.shown(), expected, atol=1e-6)
         lists = slicer.util.getNodesByClass("vtkMRMLMarkupsFiducialNode")

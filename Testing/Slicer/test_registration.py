@@ -86,7 +86,7 @@ class OutputTest(RegistrationCase):
         self.assertEqual([table.GetValue(n, 0).ToString() for n in range(2)], ["pelvis", "femur"])
         self.assertAlmostEqual(table.GetValueByName(1, "Rotation [deg]").ToDouble(), 10.0, places=4)
         names = [table.GetColumnName(n) for n in range(table.GetNumberOfColumns())]
-        self.assertEqual(names[-2:], ["95 % along the rays [mm]", "95 % across the rays [mm]"])
+        self.assertEqual(names[-2:], ["95 % along the beam [mm]", "95 % across the beam [mm]"])
         self.assertAlmostEqual(table.GetValueByName(1, names[-1]).ToDouble(), 0.2)
         self.assertEqual(set(motions_of(nodes.motions)), {"pelvis", "femur"})
         self.assertEqual(nodes.similarity.GetTable().GetNumberOfRows(), 9)

@@ -79,10 +79,9 @@ class FailureTest(RegistrationCase):
         self.assertTrue(Path(body[1]).is_file())
         resource.setrlimit(resource.RLIMIT_FSIZE, (8192, hard))
         try:
-            run = calls.start(
-                self.ct, self.segmentation, STRUCTURES, self.xrays, "pelvis", OutputNodes(), command=body
-            )
-            with self.assertRaisesRegex(registration.RunError, "ct.nrrd could not be written whole"):
+            inputs = (self.ct, self.segmentation, STRUCTURES, self.xrays, "pelvis", OutputNodes())
+            run = calls.start(calls.Request(*inputs), body)
+            with self.assertRaisesRegex(registration.RunError, "ct.nrrd could not be written completely"):
                 run.wait()
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
@@ -100,15 +99,15 @@ class FailureTest(RegistrationCase):
             ({"segmentation": None}, "No segmentation"),
             ({"structures": {}}, "No structure"),
             ({"structures": {"pelvis": ["tail"]}}, "no segment named 'tail'"),
-            ({"anchor": "skull"}, "'skull' is none"),
+            ({"anchor": "skull"}, "'skull' is not one of the structures"),
             ({"xrays": []}, "no X-ray"),
-            ({"xrays": [self.segmentation]}, "'Bones' is no image"),
+            ({"xrays": [self.segmentation]}, "'Bones' is not an image"),
             ({"xrays": [self.ct]}, "choose one of them as its frame"),
         ):
             with self.assertRaisesRegex(InputError, text):
-                calls.start(**{**good, **change}, nodes=OutputNodes())
-        with self.assertRaisesRegex(InputError, "input and output at once"):
-            calls.start(**good, nodes=OutputNodes(volume=self.ct))
+                calls.start(calls.Request(**{**good, **change}, nodes=OutputNodes()))
+        with self.assertRaisesRegex(InputError, "both an input and an output"):
+            calls.start(calls.Request(**good, nodes=OutputNodes(volume=self.ct)))
 
     def test_an_old_slicer_is_told_so(self) -> None:
         with (

@@ -101,7 +101,7 @@ class StudyTest(SlicerTestCase):
         np.testing.assert_array_equal(study.structures.mask("femur"), scenes.labels() == 2)
         self.assertEqual(self.data.overlapped, ["again"])
         self.assertIn("100 %", self.data.warnings[0])
-        with self.assertRaisesRegex(InputError, "'femur' has no voxel left"):
+        with self.assertRaisesRegex(InputError, "'femur' has no voxels of its own"):
             self.load(ct, segmentation, [scenes.add_xray()], {"pelvis": ["pelvis"], "femur": ["again"]})
 
 
@@ -115,7 +115,7 @@ class SourceTest(SlicerTestCase):
         pixels, _spacing = source.pixels()
         self.assertTrue((pixels == 2).all())
         self.assertEqual(source.name, "run [2]")
-        with self.assertRaisesRegex(InputError, "3 images, and no number 7"):
+        with self.assertRaisesRegex(InputError, "3 images: choose one of them"):
             XraySource(sequence, frame=7).pixels()
 
     def test_the_dicom_file_is_preferred_to_the_node(self) -> None:

@@ -1,4 +1,4 @@
-"""The panel's first cameras: the way of each X-ray, the search for it, and whether what it found is taken."""
+"""The panel's initial cameras: the source of each, the search for it, and whether what was found is used."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from ..study.parameters import (
 )
 from ..study.xray_reading import XrayReader
 from ..study.xray_source import XraySource
-from .camera_text import finding_lines, html_of, source_lines
+from .camera_text import found_lines, html_of, source_lines
 from .path_edit import follow_path, show_path
 from .xrays import XraysPart
 
@@ -39,7 +39,7 @@ _CAMERA_SOURCES = tuple(CameraSource)
 
 @dataclass(frozen=True)
 class _Search:
-    """A search under way: of which X-rays, as they were, of which parameter node."""
+    """A search that is running: of which X-rays, as they were, of which parameter node."""
 
     run: CameraRun
     parameters: PolyPoseParameterNode
@@ -47,7 +47,7 @@ class _Search:
 
 
 class CameraPart:
-    """Chooses ways, runs one search at a time, and shows how sure it is."""
+    """Chooses camera sources, runs one search at a time, and shows how reliable its result is."""
 
     def __init__(
         self,
@@ -70,30 +70,30 @@ class CameraPart:
         self._timer = qt.QTimer()
         self._timer.interval = POLL_MS
         self._timer.connect("timeout()", self._poll)
-        for way in _CAMERA_SOURCES:
-            ui.cameraWay.addItem(way.label())
+        for camera_source in _CAMERA_SOURCES:
+            ui.cameraSource.addItem(camera_source.label())
         ui.standardView.addItem(_("all directions"))
         for name in STANDARD_VIEWS:
             ui.standardView.addItem(name)
         ui.calibrationFile.nameFilters = [
-            _("Calibrations") + " (*.csv *.json *.txt)",
+            _("Calibration files") + " (*.csv *.json *.txt)",
             _("All files") + " (*)",
         ]
         ui.cameraProgress.setVisible(False)
-        ui.cameraWay.connect("currentIndexChanged(int)", self._edited)
+        ui.cameraSource.connect("currentIndexChanged(int)", self._edited)
         ui.standardView.connect("currentIndexChanged(int)", self._edited)
         follow_path(ui.calibrationFile, self._edited)
         follow_path(ui.cameraModel, self._model_edited)
         ui.rigName.connect("editingFinished()", self._edited)
         ui.findCamera.connect("clicked()", self.press)
         ui.findCameras.connect("clicked()", self.find_all)
-        ui.lookAtFinding.connect("clicked()", self.look)
-        ui.acceptFinding.connect("clicked()", self.accept)
-        ui.discardFinding.connect("clicked()", self.discard)
+        ui.showFoundCamera.connect("clicked()", self.look)
+        ui.acceptFoundCamera.connect("clicked()", self.accept)
+        ui.discardFoundCamera.connect("clicked()", self.discard)
 
     @property
     def running(self) -> bool:
-        """Whether a search is under way."""
+        """Whether a search is running."""
         return self._search is not None
 
     def show(self, parameters: PolyPoseParameterNode | None) -> None:
@@ -103,23 +103,23 @@ class CameraPart:
         ui = self._ui
         self._showing = True
         fields = source.fields if source is not None else {}
-        way = source.way if source is not None else CameraSource.AUTO
-        ui.cameraWay.currentIndex = _CAMERA_SOURCES.index(way)
+        camera_source = source.camera_source if source is not None else CameraSource.AUTO
+        ui.cameraSource.currentIndex = _CAMERA_SOURCES.index(camera_source)
         ui.standardView.currentIndex = max(0, ui.standardView.findText(fields.get("standard_view") or ""))
         show_path(ui.calibrationFile, str(fields.get("calibration") or ""))
         show_path(ui.cameraModel, self._model())
         ui.rigName.text = str(fields.get("rig") or "")
         self._showing = False
-        for name in ("cameraWay", "standardView", "calibrationFile", "cameraModel", "rigName"):
+        for name in ("cameraSource", "standardView", "calibrationFile", "cameraModel", "rigName"):
             getattr(ui, name).enabled = source is not None
         for name in ("standardView", "standardViewLabel"):
             getattr(ui, name).setVisible(
-                way in (CameraSource.SEARCH, CameraSource.LEARNED, CameraSource.AUTO)
+                camera_source in (CameraSource.SEARCH, CameraSource.LEARNED, CameraSource.AUTO)
             )
         for name in ("cameraModel", "cameraModelLabel"):
-            getattr(ui, name).setVisible(way is CameraSource.LEARNED)
-        ui.landmarksBox.setVisible(way is CameraSource.LANDMARKS)
-        self._show_finding(source)
+            getattr(ui, name).setVisible(camera_source is CameraSource.LEARNED)
+        ui.landmarksBox.setVisible(camera_source is CameraSource.LANDMARKS)
+        self._show_found(source)
         self._show_buttons()
 
     def press(self) -> None:
@@ -135,13 +135,13 @@ class CameraPart:
         self.find([row for row, source in enumerate(self._xrays.sources) if self._lacks_camera(source)])
 
     def find(self, rows: list[int]) -> None:
-        """Look for the cameras of some X-rays, by the way of each."""
+        """Look for the cameras of some X-rays, each from its own source."""
         self._say("")
         parameters = self._parameters
         if parameters is None:
             return
         if not rows:
-            self._say(_("Every X-ray has a camera to start from."))
+            self._say(_("Every X-ray already has an initial camera."))
             return
         self._settle()
         rows = with_rigs(self._xrays.sources, rows)
@@ -149,7 +149,7 @@ class CameraPart:
             ensure_dependencies(self._requirements)
             run = self._logic.startCameras(rows, parameters)
         except (PolyPoseError, OSError) as error:
-            self._say(str(error), doubtful=True)
+            self._say(str(error), uncertain=True)
             return
         self._search = _Search(run, parameters, [self._xrays.sources[row] for row in rows])
         self._ui.cameraProgress.setVisible(True)
@@ -165,13 +165,13 @@ class CameraPart:
             self._look_at(source.found.extrinsic)
 
     def accept(self) -> None:
-        """Take the doubtful camera of the selected X-ray."""
+        """Accept the uncertain camera of the selected X-ray."""
         source = self._source()
         if source is not None and source.found is not None:
             self._xrays.change({self._xrays.number: taken(source, source.found, self._xrays.reader)})
 
     def discard(self) -> None:
-        """Forget what was found for the selected X-ray."""
+        """Discard the camera that was found for the selected X-ray."""
         source = self._source()
         if source is not None and source.found is not None:
             self._xrays.change({self._xrays.number: _forgotten(source)})
@@ -191,13 +191,13 @@ class CameraPart:
         report = self._xrays.reader.report(source)
         if report.xray is None or report.xray.camera == "known":
             return False
-        given = source.way is CameraSource.CALIBRATION or source.fields.get("extrinsic") is not None
+        given = source.camera_source is CameraSource.CALIBRATION or source.fields.get("extrinsic") is not None
         if source.starts_from_transform or source.landmark_camera is not None:
             return False
         return not (given and report.xray.extrinsic is not None)
 
     def _edited(self, *_ignored: Any) -> None:
-        """Store the way and what belongs to it; what was found another way is forgotten."""
+        """Store the camera source and its settings; a camera found from another source is discarded."""
         source = self._source()
         if self._showing or source is None:
             return
@@ -212,9 +212,11 @@ class CameraPart:
                 fields[key] = value
         if path is None:
             fields.pop("calibration_frame", None)
-        way = _CAMERA_SOURCES[ui.cameraWay.currentIndex]
-        if fields != source.fields or way is not source.way:
-            self._xrays.change({self._xrays.number: replace(_forgotten(source), fields=fields, way=way)})
+        camera_source = _CAMERA_SOURCES[ui.cameraSource.currentIndex]
+        if fields != source.fields or camera_source is not source.camera_source:
+            self._xrays.change(
+                {self._xrays.number: replace(_forgotten(source), fields=fields, camera_source=camera_source)}
+            )
 
     def _model_edited(self, *_ignored: Any) -> None:
         """Store the camera model's path, which serves all X-rays."""
@@ -239,32 +241,34 @@ class CameraPart:
         else:
             cancelled = isinstance(run.error, CancelledError)
             self._say(
-                _("Cancelled; nothing was changed.") if cancelled else str(run.error), doubtful=not cancelled
+                _("Cancelled; nothing was changed.") if cancelled else str(run.error), uncertain=not cancelled
             )
 
     def _store(self, search: _Search, found: dict[int, FoundCamera]) -> None:
-        """Take the cameras that are sure, keep the others as proposals; X-rays that were changed meanwhile are left."""
+        """Use the cameras that are certain and keep the others as proposals; X-rays changed meanwhile stay."""
         sources, asked = xray_sources(search.parameters), search.sources
-        sure = doubtful = 0
-        for number, finding in found.items():
+        certain = uncertain = 0
+        for number, camera in found.items():
             if number >= len(asked) or asked[number] not in sources:
                 continue
             row = sources.index(asked[number])
             if self._xrays.reader.report(sources[row]).xray is None:
                 continue
-            if finding.sure:
-                sure += 1
-                sources[row] = taken(sources[row], finding, self._xrays.reader)
+            if camera.sure:
+                certain += 1
+                sources[row] = taken(sources[row], camera, self._xrays.reader)
             else:
-                doubtful += 1
-                sources[row] = replace(sources[row], found=replace(finding, taken=False))
+                uncertain += 1
+                sources[row] = replace(sources[row], found=replace(camera, taken=False))
         store_xray_sources(search.parameters, sources)
-        text = _("{sure} found.").format(sure=sure)
-        if sure + doubtful < len(found):
-            text += " " + _("X-rays that were changed meanwhile are left as they are.")
-        if doubtful:
-            text += " " + _("{count} doubtful, and not taken: select it and look.").format(count=doubtful)
-        self._say(text, doubtful=doubtful > 0)
+        text = _("{count} found.").format(count=certain)
+        if certain + uncertain < len(found):
+            text += " " + _("X-rays that you changed meanwhile were left as they are.")
+        if uncertain:
+            text += " " + _("{count} uncertain and not in use: select the X-ray and review it.").format(
+                count=uncertain
+            )
+        self._say(text, uncertain=uncertain > 0)
 
     def _finish(self) -> None:
         self._search = None
@@ -275,7 +279,7 @@ class CameraPart:
     def _show_progress(self, run: CameraRun) -> None:
         ui, progress = self._ui, run.progress
         if run.state is State.WRITING:
-            self._say(_("Writing the study..."))
+            self._say(_("Preparing the data..."))
         elif progress is None:
             self._say(_("Starting..."))
         else:
@@ -286,23 +290,23 @@ class CameraPart:
             )
             self._say(text)
 
-    def _show_finding(self, source: XraySource | None) -> None:
+    def _show_found(self, source: XraySource | None) -> None:
         ui = self._ui
         found = source.found if source is not None else None
         report = self._xrays.report()
         if found is not None:
-            ui.cameraFinding.text = html_of(finding_lines(found), doubtful=not found.sure)
+            ui.foundCameraText.text = html_of(found_lines(found), uncertain=not found.sure)
         elif source is not None and report is not None:
-            ui.cameraFinding.text = html_of(source_lines(source, report, self._model()), doubtful=False)
+            ui.foundCameraText.text = html_of(source_lines(source, report, self._model()), uncertain=False)
         else:
-            ui.cameraFinding.text = _("Select an X-ray in the table.")
+            ui.foundCameraText.text = _("Select an X-ray in the table.")
         waits = found is not None and not found.taken
-        ui.lookAtFinding.enabled = found is not None
-        ui.acceptFinding.enabled = waits
-        ui.discardFinding.enabled = found is not None
-        for name in ("lookAtFinding", "acceptFinding", "discardFinding"):
+        ui.showFoundCamera.enabled = found is not None
+        ui.acceptFoundCamera.enabled = waits
+        ui.discardFoundCamera.enabled = found is not None
+        for name in ("showFoundCamera", "acceptFoundCamera", "discardFoundCamera"):
             getattr(ui, name).setVisible(found is not None)
-        ui.acceptFinding.setVisible(waits)
+        ui.acceptFoundCamera.setVisible(waits)
 
     def _show_buttons(self) -> None:
         """The button's text says what it does; its tool tip what is missing."""
@@ -315,13 +319,13 @@ class CameraPart:
             ui.findCamera.setToolTip(_("Stop the search; nothing is changed."))
             return
         missing = self._missing()
-        if source is not None and source.way in (CameraSource.CARM, CameraSource.CALIBRATION):
-            missing = missing or _("This way gives the camera without a search.")
-        if source is not None and source.way is CameraSource.LEARNED and not self._model():
-            missing = missing or _("Choose the model's file.")
+        if source is not None and source.camera_source in (CameraSource.CARM, CameraSource.CALIBRATION):
+            missing = missing or _("This camera source needs no search.")
+        if source is not None and source.camera_source is CameraSource.LEARNED and not self._model():
+            missing = missing or _("Choose the model file.")
         ui.findCamera.text = _("Find camera")
         ui.findCamera.enabled = source is not None and not missing
-        ui.findCamera.setToolTip(missing or _("Look for the camera of the selected X-ray."))
+        ui.findCamera.setToolTip(missing or _("Find the camera of the selected X-ray."))
 
     def _model(self) -> str:
         """Path of the camera model, empty when there is none."""
@@ -330,8 +334,8 @@ class CameraPart:
     def _missing(self) -> str:
         return self._logic.missingInput(self._parameters) if self._parameters is not None else ""
 
-    def _say(self, text: str, doubtful: bool = False) -> None:
-        self._ui.cameraStage.text = html_of(text.splitlines(), doubtful)
+    def _say(self, text: str, uncertain: bool = False) -> None:
+        self._ui.cameraStage.text = html_of(text.splitlines(), uncertain)
 
 
 def with_rigs(sources: Sequence[XraySource], rows: Sequence[int]) -> list[int]:
@@ -340,9 +344,9 @@ def with_rigs(sources: Sequence[XraySource], rows: Sequence[int]) -> list[int]:
     return [n for n, source in enumerate(sources) if n in rows or source.fields.get("rig") in rigs]
 
 
-def taken(source: XraySource, finding: FoundCamera, reader: XrayReader) -> XraySource:
-    """The X-ray with a finding as its first camera: a transform node, ours when it has one."""
-    source = replace(source, fields={**source.fields, "mirrored": finding.mirrored})
+def taken(source: XraySource, found: FoundCamera, reader: XrayReader) -> XraySource:
+    """The X-ray with a found camera as its initial one: a transform node, the module's own when it has one."""
+    source = replace(source, fields={**source.fields, "mirrored": found.mirrored})
     xray = reader.report(source).xray
     if xray is None:
         return source
@@ -350,8 +354,8 @@ def taken(source: XraySource, finding: FoundCamera, reader: XrayReader) -> XrayS
     if node is None or not node.GetAttribute(CAMERA_ATTRIBUTE):
         name = slicer.mrmlScene.GenerateUniqueName(_("Camera of {name}").format(name=source.name))
         node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", name)
-    set_camera(node, finding.camera_of(xray), finding.similarity)
-    return replace(source, camera_transform=node, found=replace(finding, taken=True))
+    set_camera(node, found.camera_of(xray), found.similarity)
+    return replace(source, camera_transform=node, found=replace(found, taken=True))
 
 
 def _forgotten(source: XraySource) -> XraySource:

@@ -35,7 +35,7 @@ _TABLE = ("carmLateral", "carmVertical", "carmLongitudinal")
 
 
 class CarmPart:
-    """Sliders, live overlay, and the initial guess that they make."""
+    """Sliders, live overlay, and the initial camera that they set."""
 
     def __init__(self, ui: Any, xrays: XraysPart, renderer: Renderer, show_views: Callable[[], None]) -> None:
         """show_views: called to bring the X-ray views up when the overlay is switched on."""
@@ -91,21 +91,21 @@ class CarmPart:
         self._ui.carmLive.checked = True
 
     def use(self) -> None:
-        """Make the shown camera the X-ray's initial guess: a transform node and the typed distance."""
+        """Make the shown camera the X-ray's initial one: a transform node and the distance that was set."""
         source, xray, camera = self._xrays.source, self._xray(), self._camera()
         if source is None or xray is None or camera is None:
             return
         node = source.camera_transform
         if node is None:
-            name = slicer.mrmlScene.GenerateUniqueName(_("C-arm guess {name}").format(name=source.name))
+            name = slicer.mrmlScene.GenerateUniqueName(_("Initial camera of {name}").format(name=source.name))
             node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", name)
         set_camera(node, camera)
         fields: dict[str, Any] = {"mirrored": xray.mirrored, "extrinsic": None}
         distance = float(self._ui.carmDetectorDistance.value)
         if abs(distance - xray.source_to_detector_mm) > 0.5:
             fields |= {"source_to_detector_mm": distance, "intrinsics": None}
-        self._xrays.set_guess(node, fields)
-        self._ui.carmStatus.text = _("The registration starts from here for '{name}'.").format(
+        self._xrays.set_initial_camera(node, fields)
+        self._ui.carmStatus.text = _("The registration of '{name}' will start from this camera.").format(
             name=source.name
         )
 
@@ -163,9 +163,7 @@ class CarmPart:
         if not possible:
             self.stop()
             ui.carmStatus.text = (
-                _("Choose the CT first.")
-                if self._ct() is None
-                else _("Select an X-ray in the table that can be read.")
+                _("Choose the CT first.") if self._ct() is None else _("Select an X-ray that is ready.")
             )
 
     def _toggled(self, live: bool) -> None:
@@ -196,7 +194,7 @@ class CarmPart:
             return
         self._rendering = rendering
         self.seconds.append(seconds)
-        self._ui.carmStatus.text = _("Live ({milliseconds:.0f} ms an image).").format(
+        self._ui.carmStatus.text = _("Live ({milliseconds:.0f} ms per image).").format(
             milliseconds=1000 * seconds
         )
         self._blend()

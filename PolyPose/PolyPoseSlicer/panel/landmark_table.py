@@ -46,10 +46,10 @@ class LandmarkTable:
         blocked = table.blockSignals(True)
         row = table.currentRow()
         table.rowCount = len(lines)
-        for number, (texts, doubtful) in enumerate(lines):
+        for number, (texts, uncertain) in enumerate(lines):
             for column, text in enumerate(texts):
                 item = qt.QTableWidgetItem(text)
-                if doubtful:
+                if uncertain:
                     item.setForeground(qt.QBrush(qt.QColor(WARNING_COLOR)))
                 table.setItem(number, column, item)
         if 0 <= row < len(lines):
@@ -58,13 +58,13 @@ class LandmarkTable:
         if fit is None:
             self.say("")
         else:
-            self.say(fit_sentence(fit), doubtful=not fit.sure)
+            self.say(fit_sentence(fit), uncertain=not fit.sure)
         self._enable()
 
-    def say(self, text: str, doubtful: bool = True) -> None:
-        """Sentences below the table; what has to be minded is marked."""
+    def say(self, text: str, uncertain: bool = True) -> None:
+        """Sentences below the table; what needs attention is marked."""
         html = escape(text, quote=False).replace("\n", "<br>")
-        if text and doubtful:
+        if text and uncertain:
             html = f'<span style="color:{WARNING_COLOR}">&#9888; {html}</span>'
         self._ui.landmarksText.text = html
 
@@ -73,16 +73,18 @@ class LandmarkTable:
 
 
 def _lines(fit: LandmarkFit) -> list[tuple[tuple[str, ...], bool]]:
-    """The cells of each row, and whether it is to be minded."""
+    """The cells of each row, and whether it needs attention."""
     found, lines = fit.solution, []
     for number, name in enumerate(fit.pairs.names):
         if found is None:
-            lines.append(((name, "-", "-", _("waits")), False))
+            lines.append(((name, "-", "-", _("pending")), False))
             continue
         used = bool(found.inliers[number])
         errors = f"{found.errors_mm[number]:.1f}", f"{found.errors_px[number]:.1f}"
-        lines.append(((name, *errors, _("used") if used else _("left out: it does not agree")), not used))
+        lines.append(
+            ((name, *errors, _("used") if used else _("excluded: inconsistent with the others")), not used)
+        )
     lines += [((name, "-", "-", _("only in the CT")), True) for name in fit.pairs.ct_alone]
     lines += [((name, "-", "-", _("only in the X-ray")), True) for name in fit.pairs.xray_alone]
-    lines += [((name, "-", "-", _("not on the X-ray")), True) for name in fit.pairs.astray]
+    lines += [((name, "-", "-", _("not on the X-ray")), True) for name in fit.pairs.off_image]
     return lines

@@ -87,7 +87,7 @@ class LandmarksPart:
         for name in ("ctPlace", "xrayPlace", "ctLandmarks", "xrayLandmarks"):
             getattr(self._ui, name).enabled = source is not None and parameters.ct is not None
         self._place.follow()
-        if source is None or source.way is not CameraSource.LANDMARKS:
+        if source is None or source.camera_source is not CameraSource.LANDMARKS:
             self.solve()
         else:
             self._solve_timer.start()
@@ -146,7 +146,7 @@ class LandmarksPart:
         self._solve_timer.stop()
         if (
             source is None
-            or source.way is not CameraSource.LANDMARKS
+            or source.camera_source is not CameraSource.LANDMARKS
             or report is None
             or report.xray is None
         ):
@@ -164,14 +164,14 @@ class LandmarksPart:
             self._settle_timer.start()
 
     def settle(self) -> None:
-        """Make the camera that was solved last the X-ray's first one; a doubtful one is taken away."""
+        """Make the camera that was solved last the X-ray's first one; a uncertain one is taken away."""
         self._settle_timer.stop()
         sources, row = self._xrays.sources, self._row
         if self.fit is None or not 0 <= row < len(sources):
             return
         source, report = sources[row], self._xrays.reader.report(sources[row])
         xray = report.xray
-        if source.way is not CameraSource.LANDMARKS or xray is None:
+        if source.camera_source is not CameraSource.LANDMARKS or xray is None:
             return
         if source.xray_landmarks is None or source.xray_landmarks is not self._fitted:
             return  # the rows were changed meanwhile
@@ -226,9 +226,9 @@ class LandmarksPart:
         if in_xray is not None and any(in_xray is each for each in (in_ct, *others)):
             self.show(self._parameters)
             self._table.say(
-                _("'{name}' is the list of another X-ray or of the CT: each X-ray needs its own.").format(
-                    name=in_xray.GetName()
-                )
+                _(
+                    "'{name}' is already used by another X-ray or by the CT: each X-ray needs a list of its own."
+                ).format(name=in_xray.GetName())
             )
             return
         if in_xray is not None:
@@ -266,15 +266,15 @@ class LandmarksPart:
         reports = [self._xrays.reader.report(each) for each in self._xrays.sources[: self._xrays.number + 1]]
         for source, report in zip(self._xrays.sources, reports, strict=False):
             if report.xray is None:
-                return _("The X-ray '{name}' is not ready: give what it lacks, or remove it.").format(
+                return _("The X-ray '{name}' is not ready: complete its geometry, or remove it.").format(
                     name=source.name
                 )
         if self._xrays.number >= layouts.MOST_VIEWS:
-            return _("Only {count} X-rays have a view of their own: move this one up.").format(
+            return _("Only the first {count} X-rays can be shown: remove another one first.").format(
                 count=layouts.MOST_VIEWS
             )
         if slicer.app.layoutManager() is None:
-            return _("There is no window with views.")
+            return _("Slicer has no main window to show the views in.")
         return ""
 
     def _observe(self, nodes: list[Any]) -> None:

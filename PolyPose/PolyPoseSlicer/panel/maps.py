@@ -95,9 +95,9 @@ class MapsPart:
         except PolyPoseError as error:
             self._ui.jacobianText.text = str(error)
             return
-        self._ui.jacobianText.text = _(
-            "Black: the motion of '{name}' does not count; yellow: it alone counts."
-        ).format(name=name)
+        self._ui.jacobianText.text = _("Black: '{name}' has no influence; yellow: only '{name}' has.").format(
+            name=name
+        )
         _overlay(deformation.show_weight(values, affine, name))
 
 

@@ -21,9 +21,9 @@ def motion_header(relative_to: str | None) -> list[str]:
         _("Structure") if relative_to is None else _("Relative to {name}").format(name=relative_to),
         _("Rotation [deg]"),
         shift,
-        _("to right [mm]"),
-        _("to front [mm]"),
-        _("upwards [mm]"),
+        _("Right [mm]"),
+        _("Anterior [mm]"),
+        _("Superior [mm]"),
         _("Axis (R, A, S)"),
         _("Uncertainty"),
     ]

@@ -27,7 +27,7 @@ POLL_MS = 50
 
 @dataclass
 class _Active:
-    """A registration under way.
+    """A registration that is running.
 
     preview: what follows its transform meanwhile. kept_in: the folder that keeps the result, or empty.
     drawn: how many points of the curve are shown.
@@ -70,7 +70,7 @@ class RegisterPart:
 
     @property
     def running(self) -> bool:
-        """Whether a registration is under way."""
+        """Whether a registration is running."""
         return self._active is not None
 
     def show(self, parameters: PolyPoseParameterNode | None) -> None:
@@ -165,7 +165,7 @@ class RegisterPart:
     def _show_progress(self, active: _Active) -> None:
         ui, run, progress = self._ui, active.run, active.run.progress
         if run.state is State.WRITING:
-            ui.stageLabel.text = _("Writing the study...")
+            ui.stageLabel.text = _("Preparing the data...")
         elif run.state is State.LOADING:
             ui.progressBar.setRange(0, 0)
             ui.stageLabel.text = _("Reading the result...")
@@ -188,7 +188,7 @@ class RegisterPart:
     def _end_text(self, run: Registration) -> str:
         seconds = sum(run.nodes.seconds.values())
         text = _("Done in {seconds:.0f} s on {device}.").format(
-            seconds=seconds, device=run.nodes.device or _("this machine")
+            seconds=seconds, device=run.nodes.device or _("this computer")
         )
         return "\n".join([str(run.error)] if run.error is not None else [text])
 

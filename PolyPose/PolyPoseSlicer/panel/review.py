@@ -132,7 +132,7 @@ class ReviewPart:
         """Bring up PolyPose's layout with all pictures and C-arms."""
         self.refresh_pictures(force=True)
         if not layouts.show(len(self.pictures.items)):
-            self._ui.reviewState.text = _("There is no window with views.")
+            self._ui.reviewState.text = _("Slicer has no main window to show the views in.")
         self.pictures.draw_carms()
         self.pictures.aim()
         self._aimed_at = self.pictures.view_sizes()
@@ -183,7 +183,7 @@ class ReviewPart:
             (_("Anchor"), parameters.anchor or "-"),
             (_("Preset"), parameters.preset.label()),
             (_("Computed on"), outputs.device or "-"),
-            (_("Seconds"), f"{sum(outputs.seconds.values()):.0f}"),
+            (_("Computing time [s]"), f"{sum(outputs.seconds.values()):.0f}"),
         ]
         for node in outputs.cameras:
             similarity = similarity_of(node)
@@ -293,13 +293,15 @@ class ReviewPart:
 
     def _ask_result(self) -> None:
         window = self._ui.reviewSection.window()
-        folder = qt.QFileDialog.getExistingDirectory(window, _("Load the folder of a registration"))
+        folder = qt.QFileDialog.getExistingDirectory(window, _("Load a result folder"))
         if folder:
             self.load_result(str(folder))
 
     def _ask_report(self) -> None:
         window = self._ui.reviewSection.window()
-        path = qt.QFileDialog.getSaveFileName(window, _("Save report"), "report.html", _("Pages (*.html)"))
+        path = qt.QFileDialog.getSaveFileName(
+            window, _("Save report"), "report.html", _("HTML pages (*.html)")
+        )
         if path:
             self.save_report(str(path))
 
@@ -307,8 +309,8 @@ class ReviewPart:
 def _state_text(parameters: PolyPoseParameterNode | None) -> str:
     """What speaks against the result, or that there is none."""
     if parameters is None or parameters.outputTransform is None:
-        return _("No result yet: register, or load the folder of an earlier registration.")
+        return _("No result yet: register, or load an earlier result.")
     outputs = outputs_of(parameters)
     lines = [_("DO NOT TRUST THIS RESULT: {why}").format(why=each) for each in outputs.distrust]
-    lines += [_("Remark: {text}").format(text=each) for each in outputs.warnings]
-    return "\n".join(lines) or _("The registration found nothing that speaks against its result.")
+    lines += [_("Warning: {text}").format(text=each) for each in outputs.warnings]
+    return "\n".join(lines) or _("The checks found no sign of failure.")

@@ -72,7 +72,7 @@ class StructuresPart:
         if not proposed:
             self._ui.structuresSentence.text = _(
                 "No segment has the name of a bone, such as femur_left or 'Left femur': rename the segments, or "
-                "write the structures into the table."
+                "type the structures into the table."
             )
             return
         self._store(proposed, propose_anchor(list(dict.fromkeys(proposed.values()))) or "")
@@ -149,16 +149,16 @@ class StructuresPart:
             return _("Choose a CT and its segmentation; every bone needs a segment.")
         structures = structures_of(self._parameters)
         if not structures:
-            return _("No segment moves yet: propose the structures, or check segments in the table.")
+            return _("No segment is included yet: propose structures, or check segments in the table.")
         anchor = self._parameters.anchor
         if anchor not in structures:
-            return _("{count} structures; check the anchor, the one that stays where it is.").format(
+            return _("{count} structures; now check the anchor, which stays where it is.").format(
                 count=len(structures)
             )
         moving = ", ".join(name for name in structures if name != anchor)
         if not moving:
             return _(
-                "Only the anchor, '{anchor}', is chosen: its cameras are found, and nothing moves."
+                "Only the anchor, '{anchor}', is included: the cameras will be found, and no bone moves."
             ).format(anchor=anchor)
         return _("Moving relative to the anchor, '{anchor}': {names}.").format(anchor=anchor, names=moving)
 

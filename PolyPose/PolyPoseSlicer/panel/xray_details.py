@@ -42,7 +42,7 @@ class XrayDetails:
         self._source: XraySource | None = None
         self._report: XrayReport | None = None
         self._showing = False
-        ui.xrayPosition.addItem(_("as the file says"))
+        ui.xrayPosition.addItem(_("as in the file"))
         for position in PATIENT_POSITIONS:
             ui.xrayPosition.addItem(position)
         for name in (*_NUMBERS, *(each for pair in _PAIRS for each in pair), "xrayName"):
@@ -131,7 +131,7 @@ class XrayDetails:
         frame = None if frame == 0 and self._source.frame is None else frame
         changed = replace(self._source, fields=fields, frame=frame, camera_transform=camera_transform)
         if camera_transform is not self._source.camera_transform:
-            changed = replace(changed, way=CameraSource.AUTO, found=None)
+            changed = replace(changed, camera_source=CameraSource.AUTO, found=None)
         self._changed(changed)
 
     def _pair(self, names: tuple[str, str], field: str, shown: Sequence[float] | None) -> list[float] | None:
@@ -176,5 +176,7 @@ def _number(edit: Any, shown: float | None) -> float | None:
         return float(text)
     except ValueError:
         raise ValueError(
-            _("'{text}' is no number: write digits with a point, or leave the line empty.").format(text=text)
+            _("'{text}' is not a number: use digits and a decimal point, or leave the field empty.").format(
+                text=text
+            )
         ) from None

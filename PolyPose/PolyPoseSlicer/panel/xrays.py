@@ -1,4 +1,4 @@
-"""The panel's table of X-rays: one row each, with where its geometry comes from and how sure it is."""
+"""The panel's table of X-rays: one row each, with where its geometry comes from and how reliable it is."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from slicer.i18n import tr as _
 from PolyPoseLib.errors import PolyPoseError
 
 from ..study.camera_source import CameraSource
+from ..study.field_words import in_words
 from ..study.parameters import PolyPoseParameterNode, store_xray_sources, xray_sources
 from ..study.xray_reading import GEOMETRY_FIELDS, XrayReader, XrayReport, geometry_from_file
 from ..study.xray_source import XraySource
@@ -22,17 +23,18 @@ _ENDINGS = "*.dcm *.ima *.nrrd *.nhdr *.nii *.nii.gz *.mha *.mhd *.png *.tif *.t
 _ROW_HEIGHT = 24
 
 WARNING_COLOR = "#b35900"
-"""Of what somebody has to look at; readable on light and on dark ground."""
+"""For what needs attention; readable on a light and on a dark background."""
 
-_TOLD = ("source_to_detector_mm", "pixel_spacing_mm", "angles", "extrinsic")
+_SUMMARISED = ("source_to_detector_mm", "pixel_spacing_mm", "angles", "extrinsic")
+"""Beginnings of the lines of provenance that the summary shows."""
 
 
 def summary(report: XrayReport) -> list[str]:
-    """What matters of the details: what is wrong, else the remarks and where the geometry comes from."""
+    """The most important details: what is wrong, otherwise the warnings and where the geometry comes from."""
     if report.xray is None:
         return list(report.details)
-    remarks = list(report.details[: len(report.xray.warnings)])
-    return remarks + [line for line in report.xray.provenance if line.startswith(_TOLD)]
+    warnings = list(report.details[: len(report.xray.warnings)])
+    return warnings + [in_words(line) for line in report.xray.provenance if line.startswith(_SUMMARISED)]
 
 
 class XraysPart:
@@ -94,7 +96,7 @@ class XraysPart:
         self._sources = xray_sources(parameters) if parameters is not None else []
         reports = [self.reader.report(source) for source in self._sources]
         lines = [
-            ((source.name, report.geometry, report.camera, report.state), report.doubtful)
+            ((source.name, report.geometry, report.camera, report.state), report.uncertain)
             for source, report in zip(self._sources, reports, strict=True)
         ]
         if lines != self._shown:
@@ -137,12 +139,12 @@ class XraysPart:
         if source is not None:
             self._replace(_without_source(source, _without_geometry(source)))
 
-    def set_guess(self, transform: Any, fields: dict[str, Any]) -> None:
-        """Start the selected X-ray's camera from a transform that was placed by hand, with these fields."""
+    def set_initial_camera(self, transform: Any, fields: dict[str, Any]) -> None:
+        """Make a transform that was placed by hand the selected X-ray's initial camera, with these fields."""
         source = self.source
         if source is not None:
             fields = {**source.fields, **fields, "camera": "initial"}
-            changed = {"camera_transform": transform, "way": CameraSource.CARM, "found": None}
+            changed = {"camera_transform": transform, "camera_source": CameraSource.CARM, "found": None}
             self._replace(replace(source, fields=fields, **changed))
 
     def change(self, changed: Mapping[int, XraySource]) -> None:
@@ -172,11 +174,11 @@ class XraysPart:
         row = table.currentRow()
         blocked = table.blockSignals(True)
         table.rowCount = len(lines)
-        for number, (line, doubtful) in enumerate(lines):
+        for number, (line, uncertain) in enumerate(lines):
             for column, text in enumerate(line):
                 item = qt.QTableWidgetItem(text)
                 item.setToolTip(text)
-                if doubtful:
+                if uncertain:
                     item.setForeground(qt.QBrush(qt.QColor(WARNING_COLOR)))
                 table.setItem(number, column, item)
         if lines:
@@ -220,5 +222,5 @@ def _without_geometry(source: XraySource) -> dict[str, Any]:
 
 
 def _without_source(source: XraySource, fields: Mapping[str, Any]) -> XraySource:
-    """An X-ray with other fields, that takes whatever camera they give; picked points stay."""
-    return replace(source, fields=fields, camera_transform=None, way=CameraSource.AUTO, found=None)
+    """An X-ray with other fields, whose camera is whatever they give; picked points stay."""
+    return replace(source, fields=fields, camera_transform=None, camera_source=CameraSource.AUTO, found=None)

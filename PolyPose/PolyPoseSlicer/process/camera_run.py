@@ -1,4 +1,4 @@
-"""A search for first cameras: the core's subcommand `cameras` as a child process on a study of the scene."""
+"""A search for initial cameras: the core's subcommand `cameras` as a child process on a study of the scene."""
 
 from __future__ import annotations
 
@@ -54,4 +54,4 @@ def found_in(report: Path) -> dict[int, FoundCamera]:
     try:
         return cameras_in_report(json.loads(report.read_text(encoding="utf-8")))
     except (OSError, ValueError, InputError) as error:
-        raise RunError(_("What the search found cannot be read: search again.")) from error
+        raise RunError(_("The result of the search cannot be read: search again.")) from error

@@ -38,7 +38,7 @@ class Step:
 class Job:
     """One run of a child process.
 
-    `poll` returns what arrived since the last call; when `finished`, `exit_status` and `log` tell the rest.
+    `poll` returns what arrived since the last call; when `finished`, `exit_status` and `log` hold the rest.
     Nothing here touches nodes or widgets.
     """
 

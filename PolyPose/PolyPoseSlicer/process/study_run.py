@@ -100,7 +100,7 @@ class StudyRun:
         except Exception as error:
             logging.exception("PolyPose: an unexpected fault")
             fault = f"{type(error).__name__}: {error}"
-            self._end(State.FAILED, RunError(_("An unexpected fault: {fault}.").format(fault=fault)))
+            self._end(State.FAILED, RunError(_("An unexpected error occurred: {fault}.").format(fault=fault)))
         return self.state
 
     def cancel(self) -> None:
@@ -217,7 +217,9 @@ def error_of(status: int | None, log: list[str], what: str = "") -> PolyPoseErro
     what = what or _("registration")
     sentence = child_sentence(log)
     if status == InputError.exit_status:
-        return InputError(sentence or _("The {what} refused its input without saying why.").format(what=what))
+        return InputError(
+            sentence or _("The {what} rejected its input without giving a reason.").format(what=what)
+        )
     if status == CancelledError.exit_status:
         return CancelledError(_("The {what} was interrupted from outside.").format(what=what))
     end = _end_by_system(status, log)

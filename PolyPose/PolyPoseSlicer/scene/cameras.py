@@ -7,6 +7,7 @@ import json
 import numpy as np
 import slicer
 import vtk
+from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
@@ -69,7 +70,11 @@ def extrinsic_of(node: slicer.vtkMRMLTransformNode) -> np.ndarray:
     Raises InputError when the transform is not linear.
     """
     if not node.IsTransformToWorldLinear():
-        raise InputError(f"The camera '{node.GetName()}' is not a linear transform.")
+        raise InputError(
+            _("The camera '{name}' is not a linear transform: choose one that is.").format(
+                name=node.GetName()
+            )
+        )
     matrix = vtk.vtkMatrix4x4()
     node.GetMatrixTransformToWorld(matrix)
     return np.linalg.inv(flip_affine(from_vtk(matrix)))

@@ -70,9 +70,9 @@ class VolumeChange:
         )
         if not self.folds:
             return _("No folds.") + " " + spread
-        folds = _("{share:.2f} % of the grid folds (magenta): do not trust the soft tissue there.").format(
-            share=100 * self.folds
-        )
+        folds = _(
+            "The deformation folds in {share:.2f} % of the grid (magenta): do not trust the soft tissue there."
+        ).format(share=100 * self.folds)
         return folds + " " + spread
 
 
@@ -84,7 +84,7 @@ def volume_change(node: slicer.vtkMRMLTransformNode) -> VolumeChange:
     transform = node.GetTransformFromParentAs("vtkOrientedGridTransform", False, True)
     if transform is None or transform.GetDisplacementGrid() is None:
         raise InputError(
-            _("'{node}' holds no displacement grid: register first, or load a result.").format(
+            _("'{node}' does not hold a displacement grid: register first, or load a result.").format(
                 node=node.GetName()
             )
         )
@@ -123,7 +123,7 @@ def structure_weight(
     form: as in PolyPoseLib.data.options. At rest, on a grid of about 4 mm. Raises InputError for an unknown name.
     """
     if name not in structures:
-        raise InputError(_("There is no structure '{name}': choose one of the table.").format(name=name))
+        raise InputError(_("There is no structure '{name}': choose one from the table.").format(name=name))
     layers = read_layers(segmentation, [each for ids in structures.values() for each in ids])
     grid = _coarse_grid([layer.voxels.grid for layer in layers])
     owner = np.zeros(grid.shape, np.int16)

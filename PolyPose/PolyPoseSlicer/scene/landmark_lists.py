@@ -39,7 +39,7 @@ class Pairs:
     """Points of a CT (N, 3) LPS mm and pixels of an X-ray (N, 2) [column, row] of its file that belong together.
 
     names: (N,); ct_indices, xray_indices: (N,) places in the two lists.
-    ct_alone, xray_alone: names of points without a partner; astray: of points that lie beside the X-ray's picture.
+    ct_alone, xray_alone: names of points without a partner; off_image: of points that lie beside the X-ray's picture.
     """
 
     names: tuple[str, ...]
@@ -49,7 +49,7 @@ class Pairs:
     xray_indices: tuple[int, ...]
     ct_alone: tuple[str, ...] = ()
     xray_alone: tuple[str, ...] = ()
-    astray: tuple[str, ...] = ()
+    off_image: tuple[str, ...] = ()
 
     def same_as(self, other: Pairs) -> bool:
         """Whether these are the very same points under the same names."""
@@ -70,7 +70,7 @@ class Pairs:
 def pairs_of(
     ct: slicer.vtkMRMLMarkupsFiducialNode | None, xray: slicer.vtkMRMLMarkupsFiducialNode | None
 ) -> Pairs:
-    """The pairs of two lists; points of an X-ray list that is in no pixel frame are all astray."""
+    """The pairs of two lists; points of an X-ray list that is in no pixel frame are all off_image."""
     in_ct = [Point(p.index, p.name, flip_vectors(p.position)) for p in _points(ct, world=True)]
     in_frame = frame_above(xray) is not None
     in_xray = _points(xray, world=not in_frame)
@@ -86,7 +86,7 @@ def pairs_of(
         xray_indices=tuple(b.index for _a, b in together),
         ct_alone=tuple(p.name for p in in_ct if p.index not in first),
         xray_alone=tuple(p.name for p in on_image if p.index not in second),
-        astray=tuple(p.name for p, good in zip(in_xray, lies, strict=True) if not good),
+        off_image=tuple(p.name for p, good in zip(in_xray, lies, strict=True) if not good),
     )
 
 

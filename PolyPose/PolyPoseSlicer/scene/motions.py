@@ -92,10 +92,10 @@ def interval_columns(uncertainty: Mapping[str, Any]) -> dict[str, float]:
     percent = 100 * float(uncertainty.get("level", 0.95))
     columns = {}
     for key, title in (
-        ("along_mm", _("{percent:.0f} % along the rays [mm]")),
-        ("across_mm", _("{percent:.0f} % across the rays [mm]")),
-        ("rotation_about_view_deg", _("{percent:.0f} % about the rays [deg]")),
-        ("rotation_across_deg", _("{percent:.0f} % across the rays [deg]")),
+        ("along_mm", _("{percent:.0f} % along the beam [mm]")),
+        ("across_mm", _("{percent:.0f} % across the beam [mm]")),
+        ("rotation_about_view_deg", _("{percent:.0f} % about the beam [deg]")),
+        ("rotation_across_deg", _("{percent:.0f} % across the beam [deg]")),
     ):
         if uncertainty.get(key) is not None:
             columns[title.format(percent=percent)] = float(np.max(uncertainty[key]))
@@ -113,7 +113,7 @@ def fill_motion_table(
         _("Rotation [deg]"): [row.rotation_deg for row in rows],
         _("Displacement [mm]"): [float(np.linalg.norm(row.translation_mm)) for row in rows],
     }
-    for index, side in enumerate((_("to right [mm]"), _("to front [mm]"), _("upwards [mm]"))):
+    for index, side in enumerate((_("Right [mm]"), _("Anterior [mm]"), _("Superior [mm]"))):
         columns[side] = [float(row.translation_mm[index]) for row in rows]
     for index, side in enumerate((_("Axis R"), _("Axis A"), _("Axis S"))):
         columns[side] = [float(row.axis[index]) for row in rows]

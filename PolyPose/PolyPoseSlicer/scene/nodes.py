@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import slicer
 import vtk
+from slicer.i18n import tr as _
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from PolyPoseLib.errors import InputError
@@ -72,7 +73,7 @@ def read_volume(node: slicer.vtkMRMLScalarVolumeNode) -> Voxels:
     Raises InputError, as one sentence, when the node has no voxels.
     """
     if node.GetImageData() is None or node.GetImageData().GetNumberOfPoints() == 0:
-        raise InputError(f"The volume '{node.GetName()}' has no voxels: load it again.")
+        raise InputError(_("The volume '{name}' has no voxels: load it again.").format(name=node.GetName()))
     to_world = world_transform(node)
     if not isinstance(to_world, np.ndarray):
         node = _hardened(node, to_world)
@@ -93,7 +94,11 @@ def read_layers(node: slicer.vtkMRMLSegmentationNode, segment_ids: Sequence[str]
     """
     for segment_id in segment_ids:
         if node.GetSegmentation().GetSegment(segment_id) is None:
-            raise InputError(f"The segmentation '{node.GetName()}' has no segment '{segment_id}'.")
+            raise InputError(
+                _("The segmentation '{name}' has no segment '{segment}'.").format(
+                    name=node.GetName(), segment=segment_id
+                )
+            )
     to_world = world_transform(node)
     name = slicer.vtkSegmentationConverter.GetSegmentationBinaryLabelmapRepresentationName()
     if not isinstance(to_world, np.ndarray) or not node.GetSegmentation().ContainsRepresentation(name):
@@ -101,7 +106,9 @@ def read_layers(node: slicer.vtkMRMLSegmentationNode, segment_ids: Sequence[str]
         node = _hardened(node, None if linear else to_world)
         to_world = to_world if linear else np.eye(4)
         if not node.GetSegmentation().CreateRepresentation(name):
-            raise InputError(f"The segmentation '{node.GetName()}' cannot be turned into label maps.")
+            raise InputError(
+                _("The segmentation '{name}' cannot be converted to label maps.").format(name=node.GetName())
+            )
     images: dict[str, tuple[vtk.vtkImageData, dict[str, int]]] = {}
     for segment_id in segment_ids:
         segment = node.GetSegmentation().GetSegment(segment_id)

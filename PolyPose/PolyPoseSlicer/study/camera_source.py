@@ -1,4 +1,4 @@
-"""The ways to the first camera of an X-ray, and what each writes into a study."""
+"""Where the initial camera of an X-ray comes from, and what each source writes into a study."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from slicer.i18n import tr as _
 
 
 class CameraSource(enum.Enum):
-    """Where an X-ray's first camera comes from; the registration refines it in any case."""
+    """Where an X-ray's initial camera comes from; the registration refines it unless it is known exactly."""
 
     AUTO = "auto"
     CARM = "carm"
@@ -23,18 +23,18 @@ class CameraSource(enum.Enum):
     @classmethod
     def of(cls, text: str | None) -> CameraSource:
         """From what a scene has stored; anything unknown is AUTO."""
-        return next((way for way in cls if way.value == text), cls.AUTO)
+        return next((source for source in cls if source.value == text), cls.AUTO)
 
     def label(self) -> str:
         """What people read."""
         return {
-            "auto": _("whatever is at hand"),
-            "carm": _("the C-arm placed by hand"),
-            "dicom": _("the angles in DICOM"),
+            "auto": _("automatic: the best available"),
+            "carm": _("C-arm placed by hand"),
+            "dicom": _("DICOM angles"),
             "landmarks": _("landmarks"),
             "search": _("search"),
-            "learned": _("a model trained on this CT"),
-            "calibration": _("a calibrated camera"),
+            "learned": _("model trained on this CT"),
+            "calibration": _("calibrated camera"),
         }[self.value]
 
     @property
@@ -44,39 +44,39 @@ class CameraSource(enum.Enum):
 
 
 _POSES = ("extrinsic", "camera", "landmarks", "standard_view")
-"""Fields of a study that name another way than the one that is chosen."""
+"""Fields of a study that would give a camera from another source than the chosen one."""
 
 
 def entry_of_source(
-    way: CameraSource,
+    source: CameraSource,
     fields: Mapping[str, Any],
     extrinsic: list[list[float]] | None,
     landmarks: list[dict[str, Any]],
 ) -> dict[str, Any]:
-    """The fields of an X-ray's entry in a study, so that the registration goes this way.
+    """The fields of an X-ray's entry in a study, so that the registration uses this camera source.
 
     fields: what was typed. extrinsic: (4, 4) of the camera's transform, when the registration starts from it.
     landmarks: picked pairs, see PolyPoseLib.data.landmarks; empty when there are none.
     """
     entry = dict(fields)
     if extrinsic is not None:
-        return entry | {"extrinsic": extrinsic} | ({} if way.by_transform else {"camera": "initial"})
-    if way.by_transform:
+        return entry | {"extrinsic": extrinsic} | ({} if source.by_transform else {"camera": "initial"})
+    if source.by_transform:
         return entry
     kept = {
         CameraSource.SEARCH: ("standard_view",),
         CameraSource.LEARNED: ("standard_view",),
         CameraSource.CALIBRATION: ("camera",) if fields.get("camera") == "known" else (),
-    }.get(way, ())
+    }.get(source, ())
     for field in _POSES:
         if field not in kept:
             entry.pop(field, None)
     entry.pop("calibration_frame", None)
-    if way is CameraSource.LANDMARKS and landmarks:
+    if source is CameraSource.LANDMARKS and landmarks:
         entry["landmarks"] = landmarks
-    elif way in (CameraSource.SEARCH, CameraSource.LEARNED):
+    elif source in (CameraSource.SEARCH, CameraSource.LEARNED):
         entry["camera"] = "absent"
-    elif way is CameraSource.CALIBRATION and entry.get("calibration"):
+    elif source is CameraSource.CALIBRATION and entry.get("calibration"):
         entry.pop("intrinsics", None)
         entry["calibration_frame"] = "ct"
     return entry

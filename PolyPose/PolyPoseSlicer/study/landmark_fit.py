@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 class LandmarkFit:
     """solution: None when no camera follows; problem: then the sentence that says why.
 
-    doubts: clauses that speak against the camera. projected: (N, 2) pixels of the file.
+    warnings: clauses that speak against the camera. projected: (N, 2) pixels of the file.
     """
 
     pairs: Pairs
     solution: PnpSolution | None = None
     problem: str = ""
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     projected: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property
     def sure(self) -> bool:
         """Whether the camera may be used without a look."""
-        return self.solution is not None and not self.doubts
+        return self.solution is not None and not self.warnings
 
 
 def fit_landmarks(pairs: Pairs, xray: Xray) -> LandmarkFit:
@@ -72,7 +72,7 @@ def fit_sentence(fit: LandmarkFit) -> str:
         degrees, millimetres = fit.solution.radius
         lines.append(
             _(
-                "{used} of {count} landmarks, {rms:.1f} mm off (root mean square); the camera is known within "
+                "{used} of {count} landmarks used, RMS error {rms:.1f} mm; expected accuracy of the camera: "
                 "{degrees:.1f} deg and {mm:.0f} mm."
             ).format(
                 used=int(fit.solution.inliers.sum()),
@@ -82,12 +82,12 @@ def fit_sentence(fit: LandmarkFit) -> str:
                 mm=millimetres,
             )
         )
-    if fit.doubts:
-        lines.append(_("Doubtful: {why}.").format(why="; ".join(fit.doubts)))
+    if fit.warnings:
+        lines.append(_("Uncertain: {why}.").format(why="; ".join(fit.warnings)))
     for names, text in (
         (fit.pairs.ct_alone, _("Only in the CT: {names}.")),
         (fit.pairs.xray_alone, _("Only in the X-ray: {names}.")),
-        (fit.pairs.astray, _("Not on the X-ray: {names}; pick them in the X-ray's own view.")),
+        (fit.pairs.off_image, _("Not on the X-ray: {names}; pick them in the X-ray's own view.")),
     ):
         if names:
             lines.append(text.format(names=", ".join(names)))

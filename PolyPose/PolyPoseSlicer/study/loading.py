@@ -150,7 +150,7 @@ def structure_centroids(study: StudyData) -> dict[str, np.ndarray]:
 
 
 def _stored_centroids(folder: Path) -> dict[str, np.ndarray]:
-    """Centroids that result.json may hold, or those that its motions tell.
+    """Centroids that result.json may hold, or those that follow from its motions.
 
     A motion's displacement d = (R - I) c + t determines the centroid c up to a shift along the axis; the
     shortest c is taken, which is exact for that motion itself.

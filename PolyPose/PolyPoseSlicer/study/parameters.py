@@ -43,7 +43,7 @@ class Preset(enum.Enum):
         """What people read."""
         return {
             "default": _("Default"),
-            "fast": _("Fast (a first look)"),
+            "fast": _("Fast (for a first look)"),
             "paper": _("Paper (the published settings)"),
         }[self.value]
 
@@ -57,7 +57,9 @@ class Device(enum.Enum):
 
     def label(self) -> str:
         """What people read."""
-        return {"auto": _("Automatic"), "cpu": _("Processor"), "cuda": _("Graphics card (CUDA)")}[self.value]
+        return {"auto": _("Automatic"), "cpu": _("Processor (CPU)"), "cuda": _("Graphics card (GPU, CUDA)")}[
+            self.value
+        ]
 
 
 @parameterNodeWrapper
@@ -127,11 +129,13 @@ def xray_sources(parameters: PolyPoseParameterNode) -> list[XraySource]:
     for image, text, camera, (ct_landmarks, xray_landmarks) in entries:
         stored = fields_from_text(text)
         path, frame = stored.pop("path", ""), stored.pop("frame", None)
-        way, found = CameraSource.of(stored.pop("way", None)), stored.pop("found", None)
+        camera_source, found = CameraSource.of(stored.pop("way", None)), stored.pop("found", None)
         if image is not None or path:
             found = FoundCamera.from_dict(found) if found else None
             sources.append(
-                XraySource(image, path, frame, stored, camera, way, ct_landmarks, xray_landmarks, found)
+                XraySource(
+                    image, path, frame, stored, camera, camera_source, ct_landmarks, xray_landmarks, found
+                )
             )
     return sources
 
@@ -149,7 +153,7 @@ def store_xray_sources(parameters: PolyPoseParameterNode, sources: Sequence[Xray
 
 def _text_of(source: XraySource) -> str:
     """What the parameter node stores of an X-ray beside its nodes."""
-    more = {"path": source.path, "frame": source.frame, "way": source.way.value}
+    more = {"path": source.path, "frame": source.frame, "way": source.camera_source.value}
     if source.found is not None:
         more["found"] = source.found.to_dict()
     return json.dumps({**source.fields, **more})
@@ -160,7 +164,8 @@ def options_of(parameters: PolyPoseParameterNode) -> dict:
     chosen = {"preset": parameters.preset.value, "device": parameters.device.value}
     options = {**json.loads(parameters.options or "{}"), **chosen}
     if not any(
-        source.way in (CameraSource.LEARNED, CameraSource.AUTO) for source in xray_sources(parameters)
+        source.camera_source in (CameraSource.LEARNED, CameraSource.AUTO)
+        for source in xray_sources(parameters)
     ):
         options.pop("camera_model", None)
     return options
@@ -233,14 +238,16 @@ def missing_input(parameters: PolyPoseParameterNode) -> str:
         return _("Choose the segmentation of the CT's bones.")
     structures = structures_of(parameters)
     if not structures:
-        return _("Give at least one segment a structure, or let the structures be proposed.")
+        return _("Assign at least one segment to a structure, or have the structures proposed.")
     if parameters.anchor not in structures:
         return _("Choose the anchor: the structure that stays where it is.")
     sources = xray_sources(parameters)
     if not sources:
-        return _("Add an X-ray, better two or more from different directions.")
+        return _("Add an X-ray; two or more from different directions are better.")
     rigs = [source.fields["rig"] for source in sources if source.fields.get("rig")]
     alone = next((name for name in rigs if rigs.count(name) == 1), None)
     if alone is not None:
-        return _('Name the rig "{name}" for another X-ray as well, or clear it.').format(name=alone)
+        return _(
+            'The rig "{name}" has only one X-ray: enter it for another X-ray as well, or clear it.'
+        ).format(name=alone)
     return ""

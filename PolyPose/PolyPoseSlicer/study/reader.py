@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import slicer
+from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import InputError
 
@@ -63,7 +64,7 @@ def _read_image(path: Path, entry: Mapping[str, Any]) -> np.ndarray | None:
     """The values of an X-ray, (H, W); None for DICOM, which the registration reads itself."""
     if path.suffix.lower() in _DICOM_ENDINGS:
         if not path.is_file():
-            raise InputError(f"{path}: there is no such file; correct the study.")
+            raise InputError(_("{path}: there is no such file; correct the study.").format(path=path))
         return None
     from PolyPoseLib.io.xray.plain import read_plain
 
@@ -99,7 +100,7 @@ def _add_landmarks(landmarks: list[Mapping[str, Any]], name: str) -> dict[str, A
     in_xray.SetAndObserveTransformNodeID(new_frame(f"{name}: pixels").GetID())
     fill(in_ct, points, names)
     fill(in_xray, np.column_stack([pixels, np.zeros(len(pixels))]), names)
-    return {"way": CameraSource.LANDMARKS, "ct_landmarks": in_ct, "xray_landmarks": in_xray}
+    return {"camera_source": CameraSource.LANDMARKS, "ct_landmarks": in_ct, "xray_landmarks": in_xray}
 
 
 def _label_names(table: str | None) -> dict[int, str]:

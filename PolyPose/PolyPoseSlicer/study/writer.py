@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import slicer
+from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import InputError
 
@@ -20,7 +21,7 @@ from ..scene.nodes import Layer, Voxels, read_layers, read_volume, region_on
 from .xray_source import XraySource
 
 LOST_SHARE = 0.02
-"""More overlap between structures than this part of a segment's voxels is worth a warning."""
+"""A segment that loses more than this part of its voxels to other structures gets a warning."""
 
 UNKNOWN_SPACING = (1.0, 1.0)
 """What Slicer gives an image whose file has no pixel spacing; it is not passed on as a fact."""
@@ -60,15 +61,17 @@ def read_study(
     structures: {structure: names or IDs of segments}. xrays: XraySource, node or path each.
     """
     if ct is None:
-        raise InputError("No CT is chosen: choose a volume.")
+        raise InputError(_("No CT is chosen: choose a volume."))
     if segmentation is None:
-        raise InputError("No segmentation is chosen: choose one of the CT's bones.")
+        raise InputError(_("No segmentation is chosen: choose that of the CT's bones."))
     if not structures:
-        raise InputError("No structure is chosen: include at least the anchor and one other bone.")
+        raise InputError(_("No structure is chosen: include at least the anchor and one other bone."))
     if anchor not in structures:
-        raise InputError(f"The anchor '{anchor}' is none of the structures: choose one of them.")
+        raise InputError(
+            _("The anchor '{anchor}' is not one of the structures: choose one of them.").format(anchor=anchor)
+        )
     if not xrays:
-        raise InputError("There is no X-ray: add one, or better two from different directions.")
+        raise InputError(_("There is no X-ray: add at least one; two from different directions are better."))
     groups = {name: [segment_id(segmentation, each) for each in ids] for name, ids in structures.items()}
     segment_ids = list(segmentation.GetSegmentation().GetSegmentIDs())
     sources = [XraySource.of(each) for each in xrays]
@@ -90,8 +93,10 @@ def segment_id(segmentation: slicer.vtkMRMLSegmentationNode, name: str) -> str:
         return name
     found = [each for each in content.GetSegmentIDs() if content.GetSegment(each).GetName() == name]
     if len(found) != 1:
-        amount = "no segment" if not found else f"{len(found)} segments"
-        raise InputError(f"The segmentation '{segmentation.GetName()}' has {amount} named '{name}'.")
+        text = _("The segmentation '{segmentation}' has {count} segments named '{name}': give the ID of one.")
+        if not found:
+            text = _("The segmentation '{segmentation}' has no segment named '{name}'.")
+        raise InputError(text.format(segmentation=segmentation.GetName(), count=len(found), name=name))
     return found[0]
 
 
@@ -142,8 +147,10 @@ def _numbers_left(study: StudyData, labels: np.ndarray, structure: str) -> list[
     numbers = [number for number in numbers if left[number]]
     if not numbers:
         raise InputError(
-            f"The structure '{structure}' has no voxel left inside of the CT and beside the other structures: "
-            "leave it out, or mend its segments."
+            _(
+                "The structure '{structure}' has no voxels of its own inside the CT: leave it out, or correct its "
+                "segments."
+            ).format(structure=structure)
         )
     return numbers
 
@@ -173,8 +180,10 @@ def merged_labels(study: StudyData) -> np.ndarray:
     for number, segment in enumerate(study.segment_ids, start=1):
         if segment in chosen and lost[number] > LOST_SHARE * whole[number]:
             study.warnings.append(
-                f"Segment '{segment}' shares {100 * lost[number] / whole[number]:.0f} % of its voxels with other "
-                "structures, which keep them: mend the segmentation where they overlap."
+                _(
+                    "Segment '{segment}' shares {percent:.0f} % of its voxels with other structures, which keep them: "
+                    "correct the segmentation where they overlap."
+                ).format(segment=segment, percent=100 * lost[number] / whole[number])
             )
     for warning in study.warnings:
         logging.warning(warning)
@@ -188,8 +197,10 @@ def _require_space(study: StudyData, folder: Path) -> None:
     if free < needed:
         raise OSError(
             errno.ENOSPC,
-            f"The registration needs about {needed / 1e9:.1f} GB in {folder}, where {free / 1e9:.1f} GB are free: "
-            "free some space, or set another temporary folder in Slicer's settings.",
+            _(
+                "The registration needs about {needed:.1f} GB in {folder}, where {free:.1f} GB are free: free some "
+                "space, or set another temporary folder in Slicer's settings."
+            ).format(needed=needed / 1e9, folder=folder, free=free / 1e9),
         )
 
 
@@ -227,6 +238,8 @@ def _write(image: Any, path: Path, size: int) -> None:
     if not arrived:
         raise OSError(
             errno.ENOSPC,
-            f"{path.name} could not be written whole into {path.parent}: free some space there, "
-            "or set another temporary folder in Slicer's settings.",
+            _(
+                "{file} could not be written completely into {folder}: free some space there, or set another "
+                "temporary folder in Slicer's settings."
+            ).format(file=path.name, folder=path.parent),
         )

@@ -1,4 +1,4 @@
-"""Reads an X-ray exactly as the registration will, and says in words where its geometry comes from."""
+"""Reads an X-ray exactly as the registration will, and describes where its geometry comes from."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from slicer.i18n import tr as _
 from PolyPoseLib.errors import InputError, PolyPoseError
 
 from .camera_source import CameraSource
+from .field_words import in_words
 from .writer import UNKNOWN_SPACING
 from .xray_source import XraySource
 
@@ -32,13 +33,13 @@ TYPED_FIELDS = (
     "patient_position",
     "mirrored",
 )
-"""What a person types about one X-ray."""
+"""What a person enters about one X-ray."""
 
 GEOMETRY_FIELDS = (
     *TYPED_FIELDS, "intrinsics", "extrinsic", "camera", "isocenter_mm", "standard_view", "landmarks", "calibration",
     "calibration_frame", "rig",
 )  # fmt: skip
-"""What a geometry file may say of one X-ray."""
+"""What a geometry file may give for one X-ray."""
 
 _KEPT = 32
 
@@ -48,7 +49,7 @@ class XrayReport:
     """An X-ray as it would be registered, or the sentence that says why it cannot be.
 
     geometry, camera, state: texts for the table; details: everything known, one line each.
-    doubtful: whether somebody has to look at the camera that was found.
+    uncertain: whether a person has to review the camera that was found.
     """
 
     xray: Xray | None
@@ -56,7 +57,7 @@ class XrayReport:
     camera: str
     state: str
     details: tuple[str, ...] = ()
-    doubtful: bool = False
+    uncertain: bool = False
 
 
 class XrayReader:
@@ -110,48 +111,51 @@ def describe(source: XraySource, xray: Xray) -> XrayReport:
     """The texts about an X-ray that could be read."""
     camera = camera_text(source, xray)
     warnings = len(xray.warnings)
-    state = _("ready") if not warnings else _("ready; {count} remarks").format(count=warnings)
-    details = (*(_("Remark: {text}").format(text=each) for each in xray.warnings), *xray.provenance)
-    doubtful = source.found is not None and not source.found.sure
-    return XrayReport(xray, geometry_origin(source), camera, state, details, doubtful)
+    state = _("ready") if not warnings else _("ready; {count} warnings").format(count=warnings)
+    details = (
+        *(_("Warning: {text}").format(text=in_words(each)) for each in xray.warnings),
+        *map(in_words, xray.provenance),
+    )
+    uncertain = source.found is not None and not source.found.sure
+    return XrayReport(xray, geometry_origin(source), camera, state, details, uncertain)
 
 
 def camera_text(source: XraySource, xray: Xray) -> str:
-    """How the registration takes an X-ray's camera, in words."""
+    """How the registration will use an X-ray's camera, in words."""
     found = source.found
     if found is not None:
         if not found.taken:
-            return _("none yet: a doubtful one was found, look at it")
+            return _("none yet: an uncertain one was found, review it")
         if not found.sure:
-            return _("a doubtful guess, taken all the same")
+            return _("uncertain, accepted by you")
         return _("found, within {degrees:.0f} deg and {mm:.0f} mm").format(
             degrees=found.within[0], mm=found.within[1]
         )
-    if source.way is CameraSource.LANDMARKS:
-        return _("a guess from landmarks") if xray.camera != "absent" else _("none yet: pick landmarks")
+    if source.camera_source is CameraSource.LANDMARKS:
+        return _("initial, from landmarks") if xray.camera != "absent" else _("none yet: pick landmarks")
     if xray.camera == "known":
         return _("known exactly")
     if xray.camera == "absent":
-        return _("none yet: it will be searched for, or place the C-arm")
+        return _("none yet: it will be searched for, unless you place the C-arm")
     if xray.initial_radius is not None:
-        return _("a guess, within {degrees:.0f} deg and {mm:.0f} mm").format(
+        return _("initial, within {degrees:.0f} deg and {mm:.0f} mm").format(
             degrees=xray.initial_radius[0], mm=xray.initial_radius[1]
         )
-    return _("a guess")
+    return _("initial")
 
 
 def geometry_origin(source: XraySource) -> str:
     """Where the geometry comes from, in words."""
     origins = []
-    if not source.way.by_transform and source.way is not CameraSource.DICOM:
-        origins.append(source.way.label())
+    if not source.camera_source.by_transform and source.camera_source is not CameraSource.DICOM:
+        origins.append(source.camera_source.label())
     elif source.starts_from_transform:
         origins.append(_("transform"))
     elif source.fields.get("extrinsic") is not None:
         known = source.fields.get("camera") == "known"
         origins.append(_("known, from a file") if known else _("geometry file"))
     elif any(source.fields.get(key) is not None for key in TYPED_FIELDS):
-        origins.append(_("typed"))
+        origins.append(_("entered"))
     path = _file_of(source)
     if path and _is_dicom(path):
         origins.append(_("DICOM"))
@@ -181,7 +185,7 @@ def geometry_from_file(path: str | Path, source: XraySource, number: int) -> dic
     if not fields:
         raise InputError(
             _(
-                "{file} says nothing about the geometry of '{xray}': choose a study file whose \"xrays\" hold it."
+                "{file} does not describe the geometry of '{xray}': choose a study file with an entry for it."
             ).format(file=path.name, xray=source.name)
         )
     if fields.get("calibration"):
@@ -203,7 +207,7 @@ def _entry_for(stored: Mapping[str, Any], source: XraySource, number: int) -> Ma
 
 
 def _failed(source: XraySource, sentence: str) -> XrayReport:
-    return XrayReport(None, geometry_origin(source), _("unknown"), _("not ready"), (sentence,))
+    return XrayReport(None, geometry_origin(source), _("unknown"), _("not ready"), (in_words(sentence),))
 
 
 def _file_of(source: XraySource) -> str:
@@ -230,7 +234,7 @@ def _key(source: XraySource) -> str:
     stamp += "".join(_stamp(entry[key]) for key in ("mask", "calibration") if entry.get(key))
     found = None if source.found is None else source.found.to_dict()
     return json.dumps(
-        [stamp, frame, source.frame, entry, source.way.value, found], sort_keys=True, default=str
+        [stamp, frame, source.frame, entry, source.camera_source.value, found], sort_keys=True, default=str
     )
 
 

@@ -1,4 +1,4 @@
-"""Where an X-ray comes from: a node of the scene, one frame of a sequence, or a file; and what was typed about it."""
+"""Where an X-ray comes from: a node of the scene, one frame of a sequence, or a file; and what was entered about it."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import slicer
+from slicer.i18n import tr as _
 
 from PolyPoseLib.data.found_camera import FoundCamera
 from PolyPoseLib.errors import InputError
@@ -30,7 +31,7 @@ class XraySource:
         what the file says. "extrinsic" is world (LPS) to camera.
     camera_transform: a transform from the camera's axes (x columns, y rows, z to the detector) to the world; it
         stands for "extrinsic".
-    way: where the first camera comes from. ct_landmarks, xray_landmarks: lists of points for it.
+    camera_source: where the initial camera comes from. ct_landmarks, xray_landmarks: lists of points for it.
     found: what a search of the camera found last.
     """
 
@@ -39,7 +40,7 @@ class XraySource:
     frame: int | None = None
     fields: Mapping[str, Any] = field(default_factory=dict)
     camera_transform: slicer.vtkMRMLTransformNode | None = None
-    way: CameraSource = CameraSource.AUTO
+    camera_source: CameraSource = CameraSource.AUTO
     ct_landmarks: slicer.vtkMRMLMarkupsFiducialNode | None = None
     xray_landmarks: slicer.vtkMRMLMarkupsFiducialNode | None = None
     found: FoundCamera | None = None
@@ -47,12 +48,14 @@ class XraySource:
     def __post_init__(self) -> None:
         """Raise InputError, as one sentence, when there is no X-ray."""
         if self.image is None and not self.path:
-            raise InputError("An X-ray needs an image of the scene or a file: choose one.")
+            raise InputError(_("An X-ray needs an image of the scene or a file: choose one."))
         if self.image is not None and not (
             self.image.IsA("vtkMRMLScalarVolumeNode") or self.image.IsA("vtkMRMLSequenceNode")
         ):
             raise InputError(
-                f"'{self.image.GetName()}' is no image: choose a volume or a sequence of volumes."
+                _("'{name}' is not an image: choose a volume or a sequence of volumes.").format(
+                    name=self.image.GetName()
+                )
             )
 
     @classmethod
@@ -103,33 +106,43 @@ class XraySource:
         if given.IsA("vtkMRMLSequenceNode"):
             node = _frame_node(given, self.frame)
         if node.GetImageData() is None:
-            raise InputError(f"The X-ray '{self.name}' has no pixels: load it again.")
+            raise InputError(_("The X-ray '{name}' has no pixels: load it again.").format(name=self.name))
         values = slicer.util.arrayFromVolume(node)
         across, down, _through = node.GetSpacing()
         frame = self.frame if not given.IsA("vtkMRMLSequenceNode") else None
         if values.shape[0] > 1 and frame is None:
             raise InputError(
-                f"The X-ray '{self.name}' is a volume of {values.shape[0]} images: choose one of them as its frame."
+                _(
+                    "The X-ray '{name}' is a volume of {count} images: choose one of them as its frame."
+                ).format(name=self.name, count=values.shape[0])
             )
         if not 0 <= (frame or 0) < values.shape[0]:
-            raise InputError(f"The X-ray '{self.name}' has no frame {frame}.")
+            raise InputError(
+                _("The X-ray '{name}' has {count} images: choose one of them as its frame.").format(
+                    name=self.name, count=values.shape[0]
+                )
+            )
         return np.array(values[frame or 0]), (down, across)
 
     def _image_node(self) -> slicer.vtkMRMLNode:
         if self.image is None:
-            raise InputError(f"The X-ray '{self.name}' is a file and no image of the scene: load it.")
+            raise InputError(
+                _("The X-ray '{name}' is a file and not an image of the scene: load it.").format(
+                    name=self.name
+                )
+            )
         return self.image
 
     @property
     def starts_from_transform(self) -> bool:
         """Whether the registration starts from the camera's transform node."""
         taken = self.found is not None and self.found.taken
-        return self.camera_transform is not None and (self.way.by_transform or taken)
+        return self.camera_transform is not None and (self.camera_source.by_transform or taken)
 
     @property
     def landmark_camera(self) -> slicer.vtkMRMLLinearTransformNode | None:
         """The camera's transform that the landmarks gave, when the camera comes from them."""
-        if self.way is not CameraSource.LANDMARKS or self.xray_landmarks is None:
+        if self.camera_source is not CameraSource.LANDMARKS or self.xray_landmarks is None:
             return None
         return self.xray_landmarks.GetNodeReference(CAMERA_REFERENCE)
 
@@ -137,13 +150,17 @@ class XraySource:
         """The X-ray's object in a study file, for the registration."""
         extrinsic = extrinsic_of(self.camera_transform).tolist() if self.starts_from_transform else None
         landmarks = pairs_of(self.ct_landmarks, self.xray_landmarks).entries()
-        return self._with_image(entry_of_source(self.way, self._given(), extrinsic, landmarks), image, frame)
+        return self._with_image(
+            entry_of_source(self.camera_source, self._given(), extrinsic, landmarks), image, frame
+        )
 
     def shown_entry(self, image: str, frame: int | None) -> dict[str, Any]:
         """The same for the panel, which shows the camera that landmarks gave instead of reading them again."""
         node = self.camera_transform if self.starts_from_transform else self.landmark_camera
         extrinsic = None if node is None else extrinsic_of(node).tolist()
-        entry = self._with_image(entry_of_source(self.way, self._given(), extrinsic, []), image, frame)
+        entry = self._with_image(
+            entry_of_source(self.camera_source, self._given(), extrinsic, []), image, frame
+        )
         for key in ("mask", "calibration"):
             if entry.get(key):
                 entry[key] = Path(entry[key])  # the user has chosen it, wherever it lies
@@ -160,10 +177,16 @@ class XraySource:
 def _frame_node(sequence: slicer.vtkMRMLSequenceNode, frame: int | None) -> slicer.vtkMRMLScalarVolumeNode:
     count = sequence.GetNumberOfDataNodes()
     if not 0 <= (frame or 0) < count:
-        raise InputError(f"The sequence '{sequence.GetName()}' has {count} images, and no number {frame}.")
+        raise InputError(
+            _("The sequence '{name}' has {count} images: choose one of them as the frame.").format(
+                name=sequence.GetName(), count=count
+            )
+        )
     node = sequence.GetNthDataNode(frame or 0)
     if not node.IsA("vtkMRMLScalarVolumeNode"):
-        raise InputError(f"The sequence '{sequence.GetName()}' holds no images: choose another.")
+        raise InputError(
+            _("The sequence '{name}' does not hold images: choose another.").format(name=sequence.GetName())
+        )
     return node
 
 
@@ -171,5 +194,5 @@ def fields_from_text(text: str) -> dict[str, Any]:
     """Typed fields from their text in the parameter node; raises InputError when it is damaged."""
     fields = json.loads(text or "{}")
     if not isinstance(fields, dict):
-        raise InputError("The stored fields of an X-ray are damaged: remove the X-ray and add it again.")
+        raise InputError(_("The stored fields of an X-ray are damaged: remove the X-ray and add it again."))
     return fields
