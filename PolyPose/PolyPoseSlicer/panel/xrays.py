@@ -112,7 +112,7 @@ class XraysPart:
             self._ui.xraySelector.setCurrentNode(None)
 
     def add_files(self, paths: list[str]) -> None:
-        """Add one X-ray a file."""
+        """Add one X-ray for each file."""
         if self._parameters is not None and paths:
             self._add([XraySource(path=str(path)) for path in paths])
 

@@ -19,13 +19,25 @@ from .study_run import RunError, State, StudyRun, error_of
 class CameraRun(StudyRun):
     """A running search: call `poll` from time to time, on the main thread, until `state.ended`.
 
-    `found`: {place in the study's X-rays: FoundCamera}, uncertain ones included, once it is DONE.
+    Attributes
+    ----------
+    found : dict of int to FoundCamera
+        By the place in the study's X-rays, uncertain cameras included; empty before it is DONE.
+
     """
 
     def __init__(self, study: StudyData, method: str = "auto", command: list[str] | None = None) -> None:
         """Start it for all X-rays of a study that gives no extrinsic for them.
 
-        method: of PolyPoseLib.registration.cameras.initial.METHODS. command: another program, for tests.
+        Parameters
+        ----------
+        study : StudyData
+            The inputs, copied from the scene.
+        method : str
+            One of PolyPoseLib.registration.cameras.initial.METHODS.
+        command : list of str, optional
+            Another program than PolyPoseLib, for tests.
+
         """
         self.found: dict[int, FoundCamera] = {}
         self._method = method

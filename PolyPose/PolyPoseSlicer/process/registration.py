@@ -27,8 +27,17 @@ _WAIT_SECONDS = 0.02
 class Registration(StudyRun):
     """A running registration: call `poll` from time to time, on the main thread, until `state.ended`.
 
-    `progress` is the last step, `similarities` all of them, `error` why it failed (None otherwise; a result
-    that must not be trusted is an error too, but its nodes are there), `nodes` what it made.
+    Attributes
+    ----------
+    progress : Progress or None
+        The last step.
+    similarities : list of float
+        Of all steps so far.
+    error : PolyPoseError or None
+        Why it failed; a result that must not be trusted is an error too, but its nodes exist.
+    nodes : OutputNodes
+        What it made.
+
     """
 
     def __init__(
@@ -41,11 +50,25 @@ class Registration(StudyRun):
         preview: bool = False,
         command: list[str] | None = None,
     ) -> None:
-        """Start it. The study and the style of its inputs hold no nodes.
+        """Start it.
 
-        output_folder: where to keep the result folder; None: it is read into nodes and removed.
-        preview: move nodes.transform while the run goes on; it is made when it is None.
-        command: another program than PolyPoseLib, for tests.
+        Parameters
+        ----------
+        study : StudyData
+            The inputs, copied from the scene.
+        nodes : OutputNodes
+            To be filled; those that are None are made.
+        style : InputStyle
+            How the inputs are shown; the outputs take it over.
+        name : str
+            Begins the names of new nodes.
+        output_folder : path, optional
+            Where to keep the result folder; None: it is read into nodes and removed.
+        preview : bool
+            Refresh nodes.transform while the registration runs; it is made when it is None.
+        command : list of str, optional
+            Another program than PolyPoseLib, for tests.
+
         """
         self.nodes = nodes
         self.similarities: list[float] = []
@@ -57,9 +80,22 @@ class Registration(StudyRun):
         self._preview = self._folder / "preview.h5" if preview else None
 
     def wait(self, progress: ProgressCallback | None = None) -> OutputNodes:
-        """Block until it has ended and return its nodes; raises its error.
+        """Block until it has ended.
 
-        progress: called with each new step. An exception in it, KeyboardInterrupt included, stops the run.
+        Parameters
+        ----------
+        progress : callable, optional
+            Called with each new Progress; an exception in it, KeyboardInterrupt included, stops the registration.
+
+        Returns
+        -------
+        OutputNodes
+
+        Raises
+        ------
+        PolyPoseError
+            `error`, when there is one.
+
         """
         seen = None
         try:

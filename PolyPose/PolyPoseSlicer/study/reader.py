@@ -30,10 +30,27 @@ _DICOM_ENDINGS = (".dcm", ".ima", "")
 def open_study(
     path: str | Path, parameters: PolyPoseParameterNode, label_table: str | None = None
 ) -> list[slicer.vtkMRMLNode]:
-    """Load what a study file names and set the parameter node by it; returns the new nodes.
+    """Load what a study file names and set the parameter node by it.
 
-    label_table: whose names a plain label map's segments get, when the study does not say.
-    Raises InputError, and adds nothing, when the study cannot be read.
+    Parameters
+    ----------
+    path : path
+        The study file.
+    parameters : PolyPoseParameterNode
+        Its inputs and options are replaced.
+    label_table : str, optional
+        Whose names the segments of a plain label map get when the study names no table.
+
+    Returns
+    -------
+    list of vtkMRMLNode
+        The new nodes.
+
+    Raises
+    ------
+    InputError
+        The study cannot be read; nothing was added to the scene.
+
     """
     from PolyPoseLib.io import study_schema
     from PolyPoseLib.io.segmentations import read_segmentation

@@ -25,7 +25,31 @@ DETECTOR_MARGIN = 1.05
 class OutputNodes:
     """The nodes of a result; those that are None are made.
 
-    renderings and xrays show, view by view, the final rendering and the X-ray on the detector's plane.
+    Parameters
+    ----------
+    transform : vtkMRMLTransformNode, optional
+        A displacement grid from the X-rays' posture, which the views show, to the CT.
+    volume, segmentation : nodes, optional
+        The CT in HU and its segments in the X-rays' posture.
+    motions : vtkMRMLTableNode, optional
+        One row per structure, see PolyPoseSlicer.scene.motions.
+    similarity, series, plot : nodes, optional
+        The similarity over the iterations.
+    cameras : list of vtkMRMLLinearTransformNode
+        From each camera's axes to the world, see PolyPoseSlicer.scene.cameras.
+    renderings, xrays : lists of vtkMRMLScalarVolumeNode
+        Each view's final rendering and X-ray, on the detector's plane.
+    made : list of vtkMRMLNode
+        Those that did not exist before.
+    warnings, distrust : tuples of str
+        What a person should check, and why the result must not be trusted.
+    seconds : dict
+        Computing time by stage.
+    device : str
+        Where it was computed.
+    report : bytes, optional
+        The picture report.png.
+
     """
 
     transform: slicer.vtkMRMLTransformNode | None = None
@@ -47,7 +71,7 @@ class OutputNodes:
 
     @property
     def trusted(self) -> bool:
-        """Whether nothing speaks against the result."""
+        """Whether no check failed."""
         return not self.distrust
 
     def remove_made(self) -> None:

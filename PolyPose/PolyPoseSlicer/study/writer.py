@@ -56,9 +56,30 @@ def read_study(
     anchor: str,
     options: Mapping[str, Any] | None = None,
 ) -> StudyData:
-    """Copy all that a registration needs from the scene; InputError, as one sentence, says what is missing.
+    """Copy all that a registration needs from the scene.
 
-    structures: {structure: names or IDs of segments}. xrays: XraySource, node or path each.
+    Parameters
+    ----------
+    ct, segmentation : nodes
+        Taken as they are shown; never changed.
+    structures : dict of str to sequence of str
+        {structure: names or IDs of segments}.
+    xrays : sequence of XraySource, node, or path
+        One entry per X-ray.
+    anchor : str
+        The structure that stays where it is.
+    options : dict, optional
+        As in PolyPoseLib.data.options.
+
+    Returns
+    -------
+    StudyData
+
+    Raises
+    ------
+    InputError
+        Something is missing or wrong, as one sentence.
+
     """
     if ct is None:
         raise InputError(_("No CT is chosen: choose a volume."))

@@ -24,15 +24,33 @@ from .camera_source import CameraSource, entry_of_source
 class XraySource:
     """One X-ray as the user gives it.
 
-    image: a scalar volume, a sequence of them, or None for a file.
-    path: the file; for an image node only when its DICOM file is to be replaced by another.
-    frame: which image of a sequence or of a file with several, from 0; None: the only one.
-    fields: what a study file says of an X-ray (source_to_detector_mm, pixel_spacing_mm, camera, ...); wins over
-        what the file says. "extrinsic" is world (LPS) to camera.
-    camera_transform: a transform from the camera's axes (x columns, y rows, z to the detector) to the world; it
-        stands for "extrinsic".
-    camera_source: where the initial camera comes from. ct_landmarks, xray_landmarks: lists of points for it.
-    found: what a search of the camera found last.
+    Parameters
+    ----------
+    image : vtkMRMLScalarVolumeNode or vtkMRMLSequenceNode, optional
+        None for a file.
+    path : str
+        The file; with an image node only when its DICOM file is to be replaced by another.
+    frame : int, optional
+        Which image of a sequence or of a file with several, from 0; None: the only one.
+    fields : dict
+        What a study file gives for an X-ray (source_to_detector_mm, pixel_spacing_mm, camera, ...), see
+        docs/study-format.md; it wins over what the image's file gives. "extrinsic" maps the world (LPS mm) to the
+        camera.
+    camera_transform : vtkMRMLTransformNode, optional
+        From the camera's axes (x along columns, y down rows, z to the detector) to the world; takes the place of
+        "extrinsic".
+    camera_source : CameraSource
+        Where the initial camera comes from.
+    ct_landmarks, xray_landmarks : vtkMRMLMarkupsFiducialNode, optional
+        Points for the camera source LANDMARKS.
+    found : FoundCamera, optional
+        What a search for the camera found last.
+
+    Raises
+    ------
+    InputError
+        There is neither an image nor a file, or the node is not an image.
+
     """
 
     image: slicer.vtkMRMLNode | None = None
