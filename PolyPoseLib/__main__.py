@@ -67,8 +67,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     _interrupt_on_termination()
     try:
         return arguments.run(arguments)
-    except KeyboardInterrupt:
-        return _fail("interrupted; no result was written", INTERRUPTED, arguments.debug)
+    except KeyboardInterrupt as interrupt:
+        written = str(interrupt) or "no result was written"
+        return _fail(f"interrupted; {written}", INTERRUPTED, arguments.debug)
     except PolyPoseError as error:
         return _fail(str(error), error.exit_status, arguments.debug)
     except MemoryError:

@@ -26,3 +26,11 @@ def pytest_sessionstart(session: pytest.Session) -> None:
             fetch_sample(name)
         except InputError as error:
             print(f"The {name} sample is not there, its tests will skip: {error}")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out what takes minutes and tells nothing new every time, unless its mark is asked for."""
+    if "kill" in config.option.markexpr:
+        return
+    config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("kill")])
+    items[:] = [item for item in items if not item.get_closest_marker("kill")]

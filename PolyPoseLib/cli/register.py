@@ -40,14 +40,19 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Register and save; raises UntrustedResultError after saving when the result must not be trusted."""
-    from PolyPoseLib.io.files import check_destination
-    from PolyPoseLib.io.results import REPORT
+    from PolyPoseLib.io.results import REPORT, save_result
+    from PolyPoseLib.io.saving import claimed_folder
 
-    check_destination(arguments.output, arguments.overwrite)
-    study = Study.load(arguments.study, allow_outside=arguments.allow_outside)
-    study = dataclasses.replace(study, options=merged_options(study.options, arguments))
-    result = register_with_progress(study, arguments.progress)
-    result.save(arguments.output, overwrite=arguments.overwrite)
+    with claimed_folder(arguments.output, arguments.overwrite) as claim:
+        study = Study.load(arguments.study, allow_outside=arguments.allow_outside)
+        study = dataclasses.replace(study, options=merged_options(study.options, arguments))
+        result = register_with_progress(study, arguments.progress)
+        try:
+            save_result(result, claim)
+        except KeyboardInterrupt as interrupt:
+            if claim.written:
+                raise KeyboardInterrupt(f"the result was written to {arguments.output}") from interrupt
+            raise
     if arguments.progress != "json":
         print(motion_table(result))
         print(f"\nResult: {arguments.output}")

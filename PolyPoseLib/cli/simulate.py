@@ -130,21 +130,21 @@ def write_simulation(
     """
     from PolyPoseLib.data.label_names import label_table
     from PolyPoseLib.io.cases import write_case
-    from PolyPoseLib.io.files import check_destination, whole_folder
+    from PolyPoseLib.io.saving import claimed_folder
 
-    check_destination(output, overwrite=False)
-    groups, anchor, table = read_structures(structures_path)
-    case = simulate(ct_path, labels_path, groups, anchor, arguments)
-    with whole_folder(output, overwrite=False) as temporary:
-        write_case(
-            case,
-            temporary,
-            label_ids=groups,
-            organ_names=label_table(table) if table else None,
-            image_format=getattr(arguments, "format", "dicom"),
-            camera=getattr(arguments, "camera", "initial"),
-            source_to_detector_mm=view_distances(arguments)[0],
-        )
+    with claimed_folder(output, overwrite=False) as claim:
+        groups, anchor, table = read_structures(structures_path)
+        case = simulate(ct_path, labels_path, groups, anchor, arguments)
+        with claim.whole() as temporary:
+            write_case(
+                case,
+                temporary,
+                label_ids=groups,
+                organ_names=label_table(table) if table else None,
+                image_format=getattr(arguments, "format", "dicom"),
+                camera=getattr(arguments, "camera", "initial"),
+                source_to_detector_mm=view_distances(arguments)[0],
+            )
 
 
 def check_simulation(arguments: argparse.Namespace) -> None:

@@ -13,7 +13,8 @@ import torch
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.files import refuse_special_file, replaced_whole
+from PolyPoseLib.io.files import refuse_special_file
+from PolyPoseLib.io.saving import replaced_whole
 from PolyPoseLib.learned.camera_model import CameraModel
 from PolyPoseLib.learned.detector import VirtualDetector
 from PolyPoseLib.learned.network import Architecture

@@ -1,15 +1,8 @@
-"""Files and folders that are read safely and written whole or not at all."""
+"""Files that are read safely."""
 
 from __future__ import annotations
 
-import errno
-import os
-import re
-import shutil
 import stat
-import uuid
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from PolyPoseLib.errors import InputError
@@ -19,10 +12,6 @@ _SPECIAL = (
     (stat.S_ISSOCK, "a socket"),
     (stat.S_ISCHR, "a device"),
     (stat.S_ISBLK, "a device"),
-)
-
-_OURS = re.compile(
-    r"^(result\.json|transform\.h5|warped_ct\.nii\.gz|warped_labels\.nii\.gz|report\.png)$|^xray_\d+_drr\.nii\.gz$"
 )
 
 
@@ -89,93 +78,3 @@ def read_text(path: Path, what: str, largest: int = 16 << 20) -> str:
         raise InputError(
             f"{path}: the file cannot be read ({error.strerror}); check its permissions."
         ) from error
-
-
-def check_destination(folder: str | Path, overwrite: bool) -> None:
-    """Refuse a destination that cannot take a result, before hours are spent on it; raises InputError.
-
-    Only a folder that is absent, empty, or an earlier result (with overwrite) will do: nothing else is
-    deleted.
-    """
-    folder = Path(folder)
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: this is a file: choose a folder for --output.")
-    parent = folder.resolve().parent
-    if not parent.is_dir():
-        raise InputError(f"{folder}: the folder {parent} does not exist: make it first.")
-    if not os.access(parent, os.W_OK | os.X_OK):
-        raise InputError(
-            f"{folder}: nothing can be written in {parent}: check its permissions or choose another."
-        )
-    if not folder.is_dir():
-        return
-    names = sorted(each.name for each in folder.iterdir())
-    others = [name for name in names if not _OURS.match(name)]
-    if others:
-        raise InputError(
-            f'{folder}: the folder holds files that are no result ("{others[0]}"): choose a new or empty '
-            "folder."
-        )
-    if names and not overwrite:
-        raise InputError(f"{folder}: the folder already holds a result: choose another, or add --overwrite.")
-    if folder.is_symlink():
-        raise InputError(f"{folder}: this is a link: give the folder that it leads to.")
-
-
-@contextmanager
-def whole_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
-    """A temporary sibling that becomes the folder when the block succeeds and vanishes when it does not.
-
-    Raises InputError for what the system refuses (no space, no permission), with the fix.
-    """
-    check_destination(folder, overwrite)
-    target = folder.resolve()
-    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex[:8]}.partial")
-    try:
-        temporary.mkdir()
-        yield temporary
-        _replace(temporary, target)
-    except OSError as error:
-        raise InputError(_refusal(folder, error)) from error
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
-
-
-def _replace(temporary: Path, target: Path) -> None:
-    """Put the temporary folder in the target's place; the old one is kept until that has worked."""
-    if not target.exists():
-        temporary.rename(target)
-        return
-    old = target.with_name(f".{target.name}.{uuid.uuid4().hex[:8]}.old")
-    target.rename(old)
-    try:
-        temporary.rename(target)
-    except OSError:
-        old.rename(target)
-        raise
-    shutil.rmtree(old, ignore_errors=True)
-
-
-def _refusal(folder: Path, error: OSError) -> str:
-    """One sentence for an error of the system."""
-    if error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", None)):
-        reason = "no space is left on the disk: free some, or"
-    elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
-        reason = "writing is not permitted here:"
-    else:
-        reason = f"the result could not be written ({error.strerror}):"
-    return f"{folder}: {reason} choose another --output; nothing was written."
-
-
-@contextmanager
-def replaced_whole(path: Path) -> Iterator[Path]:
-    """Give a path beside ``path`` to write to; at the end it takes its place, or is removed when something was raised.
-
-    The name keeps its ending, by which writers choose a format.
-    """
-    temporary = path.with_name(f".{uuid.uuid4().hex[:8]}-{path.name}")
-    try:
-        yield temporary
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)

@@ -13,7 +13,7 @@ from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera, require_intrinsics
 from PolyPoseLib.geometry.rigid import require_rigid
-from PolyPoseLib.io.files import read_text, whole_folder
+from PolyPoseLib.io.files import read_text
 from PolyPoseLib.io.json_records import (
     Record,
     anything,
@@ -28,6 +28,7 @@ from PolyPoseLib.io.json_records import (
     string,
     whole_number,
 )
+from PolyPoseLib.io.saving import FolderClaim, claimed_folder, restore_folder
 from PolyPoseLib.io.transforms import read_transform, write_transform
 from PolyPoseLib.io.volumes import read_volume, write_volume
 
@@ -39,7 +40,7 @@ REPORT = "report.png"
 """The picture; a result may lack it."""
 
 
-def save_result(result: Result, folder: str | Path, overwrite: bool = False) -> Path:
+def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: bool = False) -> Path:
     """Write the folder of a result, all of it or nothing.
 
     A report that cannot be drawn is left out with a warning: it is no reason to lose hours of computation.
@@ -48,8 +49,8 @@ def save_result(result: Result, folder: str | Path, overwrite: bool = False) -> 
     ----------
     result : Result
         Of a registration.
-    folder : path
-        To write; absent, empty, or with ``overwrite`` an earlier result.
+    folder : path or FolderClaim
+        To write; absent, empty, or with ``overwrite`` an earlier result. A claim says already whether it is replaced.
     overwrite : bool
         Whether an earlier result is replaced.
 
@@ -64,8 +65,10 @@ def save_result(result: Result, folder: str | Path, overwrite: bool = False) -> 
         The folder holds something else, or the system refuses to write; nothing is left behind.
 
     """
-    folder = Path(folder)
-    with whole_folder(folder, overwrite) as temporary:
+    if not isinstance(folder, FolderClaim):
+        with claimed_folder(folder, overwrite) as claim:
+            return save_result(result, claim)
+    with folder.whole() as temporary:
         (temporary / "result.json").write_text(json_text(result_fields(result)), encoding="utf-8")
         write_transform(result.transform, temporary / "transform.h5")
         write_volume(_hounsfield(result.warped_ct), temporary / "warped_ct.nii.gz")
@@ -75,7 +78,7 @@ def save_result(result: Result, folder: str | Path, overwrite: bool = False) -> 
         ):
             write_volume(_image_volume(rendering, camera), temporary / f"xray_{number}_drr.nii.gz")
         _write_picture(result, temporary / REPORT)
-    return folder
+    return folder.folder
 
 
 def _write_picture(result: Result, path: Path) -> None:
@@ -162,6 +165,8 @@ def load_result(folder: str | Path) -> Result:
 
     """
     folder = Path(folder)
+    if not folder.is_dir():
+        restore_folder(folder)
     if not folder.is_dir():
         raise InputError(f"{folder}: there is no such folder; give the --output of a finished registration.")
     path = folder / "result.json"

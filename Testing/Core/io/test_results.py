@@ -17,8 +17,8 @@ from scipy.spatial.transform import Rotation
 from PolyPoseLib.data.result import StructureResult
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io import report
-from PolyPoseLib.io.files import check_destination
 from PolyPoseLib.io.results import load_result
+from PolyPoseLib.io.saving import check_destination
 
 
 def contents(folder):
