@@ -15,7 +15,7 @@ from PolyPoseLib.cli._destinations import check_json_destinations
 from PolyPoseLib.data.found_camera import camera_report
 from PolyPoseLib.errors import InputError, UntrustedResultError
 from PolyPoseLib.io.json_records import json_text
-from PolyPoseLib.io.saving import replaced_whole
+from PolyPoseLib.io.whole_files import replaced_whole
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.found_camera import FoundCamera

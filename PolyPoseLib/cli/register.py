@@ -41,7 +41,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Register and save; raises UntrustedResultError after saving when the result must not be trusted."""
     from PolyPoseLib.io.results import REPORT, save_result
-    from PolyPoseLib.io.saving import claimed_folder
+    from PolyPoseLib.io.whole_folders import claimed_folder
 
     with claimed_folder(arguments.output, arguments.overwrite) as claim:
         study = Study.load(arguments.study, allow_outside=arguments.allow_outside)

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from PolyPoseLib.cli._arguments import new_parser
 from PolyPoseLib.errors import InputError, PolyPoseError
 from PolyPoseLib.io.json_records import Record, kind_of, nonempty, parse_object, whole_number
-from PolyPoseLib.io.saving import replaced_whole
+from PolyPoseLib.io.whole_files import replaced_whole
 
 if TYPE_CHECKING:
     from PolyPoseLib.geometry.camera import Camera

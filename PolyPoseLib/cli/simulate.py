@@ -130,7 +130,7 @@ def write_simulation(
     """
     from PolyPoseLib.data.label_names import label_table
     from PolyPoseLib.io.cases import write_case
-    from PolyPoseLib.io.saving import claimed_folder
+    from PolyPoseLib.io.whole_folders import claimed_folder
 
     with claimed_folder(output, overwrite=False) as claim:
         groups, anchor, table = read_structures(structures_path)

@@ -8,11 +8,14 @@ import math
 import os
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.cli._arguments import add_options, add_progress, merged_options, new_parser
 from PolyPoseLib.cli._console import progress_display
 from PolyPoseLib.errors import InputError
+
+if TYPE_CHECKING:
+    from PolyPoseLib.io.whole_files import FileClaim
 
 _LOG = logging.getLogger(__name__)
 
@@ -48,10 +51,18 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Train and write the model; its checkpoint is removed when the model is written."""
-    from PolyPoseLib.data.study import Study
+    from PolyPoseLib.io.whole_files import claimed_file
 
     checkpoint = arguments.output.with_name(arguments.output.name + ".checkpoint")
     _check(arguments, checkpoint)
+    with claimed_file(arguments.output, overwrite=arguments.overwrite or arguments.resume) as claim:
+        return _train(arguments, claim, checkpoint)
+
+
+def _train(arguments: argparse.Namespace, claim: FileClaim, checkpoint: Path) -> int:
+    """Train and write the model to the claimed file."""
+    from PolyPoseLib.data.study import Study
+
     study = Study.load(arguments.study, allow_outside=arguments.allow_outside)
     from PolyPoseLib.data.options import Options
     from PolyPoseLib.data.progress import Monitor
@@ -91,7 +102,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise
     finally:
         display.close()
-    save_model(model, arguments.output)
+    save_model(model, claim)
     checkpoint.unlink(missing_ok=True)
     if arguments.progress != "json":
         print(

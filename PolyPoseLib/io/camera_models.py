@@ -14,7 +14,7 @@ from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.files import refuse_special_file
-from PolyPoseLib.io.saving import replaced_whole
+from PolyPoseLib.io.whole_files import FileClaim, replaced_whole
 from PolyPoseLib.learned.camera_model import CameraModel
 from PolyPoseLib.learned.detector import VirtualDetector
 from PolyPoseLib.learned.network import Architecture
@@ -26,7 +26,7 @@ VERSION = 1
 MAX_BYTES = 1 << 30
 
 
-def save_model(model: CameraModel, path: Path) -> None:
+def save_model(model: CameraModel, path: Path | FileClaim) -> None:
     """Write a model whole or not at all; raises InputError when the system refuses."""
     fields = {
         "format": FORMAT,
@@ -88,13 +88,14 @@ def load_regressor(path: str | Path, ct: Volume, structures: Structures, anchor:
         raise InputError(f"{path}: {error}") from error
 
 
-def write_tensors(fields: dict[str, Any], path: Path) -> None:
+def write_tensors(fields: dict[str, Any], path: Path | FileClaim) -> None:
     """Write tensors and plain values whole or not at all; raises InputError when the system refuses."""
+    name = path.path if isinstance(path, FileClaim) else path
     try:
         with replaced_whole(path) as temporary, temporary.open("wb") as file:
             torch.save(fields, file)
     except (OSError, RuntimeError) as error:
-        raise InputError(f"{path}: cannot be written ({error}): choose another --output.") from error
+        raise InputError(f"{name}: cannot be written ({error}): choose another --output.") from error
 
 
 def read_tensors(path: Path, what: str) -> dict[str, Any]:

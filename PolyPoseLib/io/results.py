@@ -28,9 +28,9 @@ from PolyPoseLib.io.json_records import (
     string,
     whole_number,
 )
-from PolyPoseLib.io.saving import FolderClaim, claimed_folder, restore_folder
 from PolyPoseLib.io.transforms import read_transform, write_transform
 from PolyPoseLib.io.volumes import read_volume, write_volume
+from PolyPoseLib.io.whole_folders import FolderClaim, claimed_folder, restore_folder
 
 _LOG = logging.getLogger(__name__)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.saving import replaced_whole
+from PolyPoseLib.io.whole_files import replaced_whole
 
 TRANSFORM_ENDINGS = (".h5", ".hdf5")
 """Of the names of transform files."""

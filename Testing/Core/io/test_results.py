@@ -18,7 +18,7 @@ from PolyPoseLib.data.result import StructureResult
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io import report
 from PolyPoseLib.io.results import load_result
-from PolyPoseLib.io.saving import check_destination
+from PolyPoseLib.io.whole_folders import check_destination
 
 
 def contents(folder):

@@ -1,12 +1,13 @@
 """Saves that are killed at a given moment: a process that has imported everything and saves in forks of itself.
 
-Run as a program, it reads one request a line, ``{"place", "seed", "moment", "overwrite"}``, and forks. The fork saves; at
-the moment it says so on stdout, waits, and goes on. When it has ended, its status is written: its exit status, or minus
-the number of the signal that killed it. :class:`Saver` is the other end.
+Run as a program, it reads one request a line, ``{"place", "seed", "moment", "overwrite"}``, and forks. The fork saves;
+at the moment it says so on stdout, waits, and goes on. When it has ended, its status is written: its exit status, or
+minus the number of the signal that killed it. :class:`Saver` is the other end.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import random
@@ -84,10 +85,8 @@ class Saver:
         self._process.stdout.close()
 
     def _kill(self, pid: int, number: int) -> None:
-        try:
+        with contextlib.suppress(ProcessLookupError):
             os.kill(pid, number)
-        except ProcessLookupError:
-            pass
 
     def _write(self, request: dict) -> None:
         self._process.stdin.write(json.dumps(request) + "\n")
@@ -150,7 +149,7 @@ def file_fields(seed: int) -> dict:
 
 def _wait_at(moment: str, two_steps: bool) -> None:
     """Patch what happens at a moment, so that it is announced and lasts a while."""
-    from PolyPoseLib.io import results, saving
+    from PolyPoseLib.io import results, whole_files, whole_folders
 
     def before(owner: object, name: str, when: Callable[[int], bool] = lambda count: True) -> None:
         _patch(owner, name, moment, when, at_the_end=False)
@@ -160,24 +159,24 @@ def _wait_at(moment: str, two_steps: bool) -> None:
 
     results._write_picture = lambda result, path: path.write_bytes(b"drawing takes a second")
     if two_steps:
-        saving.exchange = lambda first, second: False
+        whole_folders.exchange = lambda first, second: False
     {
         "": lambda: None,
         "folder is made": lambda: after(Path, "mkdir"),
         "json is written": lambda: after(Path, "write_text"),
         "transform is written": lambda: after(results, "write_transform"),
         "last volume is written": lambda: after(results, "write_volume", lambda count: count == 4),
-        "before the exchange": lambda: before(saving, "exchange"),
-        "after the exchange": lambda: after(saving, "exchange"),
-        "old folder is removed": lambda: before(saving.shutil, "rmtree"),
-        "before the renames": lambda: before(saving, "_replace_in_two_steps"),
+        "before the exchange": lambda: before(whole_folders, "exchange"),
+        "after the exchange": lambda: after(whole_folders, "exchange"),
+        "old folder is removed": lambda: before(whole_folders.shutil, "rmtree"),
+        "before the renames": lambda: before(whole_folders, "_replace_in_two_steps"),
         "between the renames": lambda: before(Path, "rename", lambda count: count == 2),
         "after the renames": lambda: after(Path, "rename", lambda count: count == 2),
-        "before the first rename": lambda: before(saving, "rename_folder_to_new"),
-        "after the first rename": lambda: after(saving, "rename_folder_to_new"),
+        "before the first rename": lambda: before(whole_folders, "rename_folder_to_new"),
+        "after the first rename": lambda: after(whole_folders, "rename_folder_to_new"),
         "file is written": lambda: after(Path, "write_text"),
-        "before the replacement": lambda: before(saving.os, "replace"),
-        "after the replacement": lambda: after(saving.os, "replace"),
+        "before the replacement": lambda: before(whole_files.os, "replace"),
+        "after the replacement": lambda: after(whole_files.os, "replace"),
     }[moment]()
 
 

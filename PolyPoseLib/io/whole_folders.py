@@ -1,4 +1,4 @@
-"""Folders and files that are written whole or not at all, whatever ends the process meanwhile.
+"""Folders that are written whole or not at all, whatever ends the process meanwhile.
 
 A place is claimed before the work (:mod:`PolyPoseLib.io.locks`), so that two runs never work towards one place. What is
 written has a hidden name beside the place until it is whole, and takes the place in one step. What a killed process has
@@ -19,7 +19,7 @@ from pathlib import Path
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.locks import hidden_stem, locked
-from PolyPoseLib.io.renames import exchange, rename_file_to_new, rename_folder_to_new
+from PolyPoseLib.io.renames import exchange, rename_folder_to_new
 from PolyPoseLib.io.signals import deferred_signals
 
 _LOG = logging.getLogger(__name__)
@@ -28,9 +28,6 @@ _OURS = re.compile(
     r"^(result\.json|(inverse_)?transform\.h5|warped_ct\.nii\.gz|warped_labels\.nii\.gz|report\.(png|html))$"
     r"|^xray_\d+_drr\.nii\.gz$"
 )
-
-_FILE_WAIT_SECONDS = 20.0
-"""A single file is written in a moment: whoever finds another process at it waits."""
 
 
 def check_destination(folder: str | Path, overwrite: bool) -> None:
@@ -46,8 +43,6 @@ def check_destination(folder: str | Path, overwrite: bool) -> None:
 
 def _check_place(folder: Path) -> None:
     """Refuse a path at which no folder can be made; raises InputError."""
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: this is a file: choose a folder for --output.")
     parent = folder.resolve().parent
     if not parent.is_dir():
         raise InputError(f"{folder}: the folder {parent} does not exist: make it first.")
@@ -66,8 +61,10 @@ def _check_contents(folder: Path, overwrite: bool, name: Path | None = None) -> 
 
     name: for the sentence, where it is not the folder's own.
     """
-    if not folder.is_dir():
+    if not folder.exists():
         return
+    if not folder.is_dir():
+        raise InputError(f"{name or folder}: this is a file: choose a folder for --output.")
     names = sorted(each.name for each in folder.iterdir())
     others = [name for name in names if not _OURS.match(name)]
     if others:
@@ -197,16 +194,6 @@ def claimed_folder(folder: str | Path, overwrite: bool) -> Iterator[FolderClaim]
         yield FolderClaim(folder, overwrite)
 
 
-@contextmanager
-def whole_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
-    """Claim and write a folder: a temporary sibling that becomes the folder when the block succeeds.
-
-    Raises InputError as ``claimed_folder`` and ``FolderClaim.whole`` do.
-    """
-    with claimed_folder(folder, overwrite) as claim, claim.whole() as temporary:
-        yield temporary
-
-
 def restore_folder(folder: Path) -> None:
     """Put back what a killed process had renamed, where nothing stands at the place and nobody works towards it."""
     with suppress(OSError, InputError):
@@ -249,104 +236,6 @@ def _left_beside(target: Path) -> list[Path]:
         for each in target.parent.iterdir()
         if pattern.fullmatch(each.name) and each.is_dir() and not each.is_symlink()
     ]
-
-
-class FileClaim:
-    """A file that this process alone may write until it gives the claim back.
-
-    Parameters
-    ----------
-    path : Path
-        Its folder exists.
-    overwrite : bool
-        Whether a file of that name is replaced.
-
-    """
-
-    def __init__(self, path: Path, overwrite: bool) -> None:
-        self.path = path
-        self.overwrite = overwrite
-
-    @contextmanager
-    def whole(self) -> Iterator[Path]:
-        """Give a path beside the file to write to; at the end it takes the file's place, or is removed after an error.
-
-        The name keeps its ending, by which writers choose a format.  Raises InputError where the file may not be
-        replaced and is there at the end.
-        """
-        temporary = self.path.with_name(f".{uuid.uuid4().hex[:8]}-{self._hidden_name()}")
-        try:
-            yield temporary
-            with deferred_signals():
-                self._put(temporary)
-        finally:
-            temporary.unlink(missing_ok=True)
-
-    def _put(self, temporary: Path) -> None:
-        """Put the finished file into its place."""
-        if self.overwrite:
-            os.replace(temporary, self.path)
-            return
-        try:
-            rename_file_to_new(temporary, self.path)
-        except FileExistsError as error:
-            raise InputError(
-                f"{self.path}: a file appeared here meanwhile, and it is not replaced: choose another name, or add "
-                "--overwrite."
-            ) from error
-
-    def remove_stale(self) -> None:
-        """Remove what killed processes have left beside the file."""
-        pattern = re.compile(rf"\.[0-9a-f]{{8}}-{re.escape(self._hidden_name())}")
-        for name in os.listdir(self.path.parent):
-            if pattern.fullmatch(name):
-                with suppress(OSError):
-                    self.path.with_name(name).unlink()
-
-    def _hidden_name(self) -> str:
-        """The file's name; where it is very long, an abbreviation with its endings."""
-        stem = hidden_stem(self.path)
-        return stem if stem == self.path.name else stem + "".join(self.path.suffixes[-2:])[-20:]
-
-
-@contextmanager
-def claimed_file(path: Path, overwrite: bool = True, wait_seconds: float = 0.0) -> Iterator[FileClaim]:
-    """Claim a file before the work whose result it will hold.
-
-    Parameters
-    ----------
-    path : Path
-        Its folder exists.
-    overwrite : bool
-        Whether a file of that name is replaced.
-    wait_seconds : float
-        How long to wait for another run that writes it.
-
-    Yields
-    ------
-    FileClaim
-        Its ``whole`` writes the file.
-
-    Raises
-    ------
-    InputError
-        Another run writes it.
-    OSError
-        The system refuses.
-
-    """
-    claim = FileClaim(path, overwrite)
-    with locked(path, str(path), wait_seconds) as held:
-        if held:
-            claim.remove_stale()
-        yield claim
-
-
-@contextmanager
-def replaced_whole(path: Path) -> Iterator[Path]:
-    """Claim and write a file: a path beside it that takes its place at the end, or is removed after an error."""
-    with claimed_file(path, wait_seconds=_FILE_WAIT_SECONDS) as claim, claim.whole() as temporary:
-        yield temporary
 
 
 def _is_filled(folder: Path) -> bool:
