@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.files import replaced_whole
 from PolyPoseLib.io.package_index import FetchError, fetch_file, pip_settings
+from PolyPoseLib.io.whole_files import replaced_whole
 
 CACHE_VARIABLE = "POLYPOSE_CACHE"
 
