@@ -78,7 +78,11 @@ def _train(arguments: argparse.Namespace, claim: FileClaim, checkpoint: Path) ->
     threads = options.threads or os.cpu_count() or 1
     workers = min(threads // 2, 8)
     plan = TrainingPlan(
-        minutes=arguments.minutes, workers=workers, threads=threads - workers, seed=options.seed
+        minutes=arguments.minutes,
+        workers=workers,
+        threads=threads - workers,
+        device=resolve_device(options.device),
+        seed=options.seed,
     )
     views = ViewRange.of_xrays(study.xrays)
     detector = VirtualDetector.around(study.xrays, plan.side)
@@ -88,14 +92,13 @@ def _train(arguments: argparse.Namespace, claim: FileClaim, checkpoint: Path) ->
     began = time.perf_counter()
     try:
         scene = Scene(study.ct, study.structures, study.anchor)
-        device = resolve_device(options.device)
         monitor = Monitor(display, None)
         earlier = read_tensors(checkpoint, "checkpoint") if arguments.resume else None
 
         def keep(fields: dict[str, Any]) -> None:
             write_tensors(fields, checkpoint)
 
-        model = train(scene, fingerprint, views, detector, plan, device, monitor, keep, earlier)
+        model = train(scene, fingerprint, views, detector, plan, monitor, keep, earlier)
     except KeyboardInterrupt:
         if checkpoint.is_file():
             _LOG.warning("Interrupted; the same command with --resume continues from %s.", checkpoint)

@@ -20,34 +20,43 @@ def interval_ratios(
 ) -> dict[str, float]:
     """Errors of a pose over the half widths of its 95 % intervals; at most 1 means inside.
 
-    Args:
-        true: (4, 4) fixed to moving.
-        found: (4, 4) fixed to moving.
-        centroid: (3,) of the structure in the CT, LPS mm.
-        uncertainty: as a result states it.
+    Parameters
+    ----------
+    true : (4, 4) array
+        Fixed to moving.
+    found : (4, 4) array
+        Fixed to moving.
+    centroid : (3,) array
+        Of the structure in the CT, LPS mm.
+    uncertainty : Mapping[str, Any]
+        As :class:`PolyPoseLib.data.result.StructureResult` has it.
 
-    Returns:
+    Returns
+    -------
+    dict[str, float]
         "along", "across_1", "across_2": of the centroid's place; "turn_about_view", "turn_across_1",
-        "turn_across_2": of the rotation; "pose": all six at once, the root of the Mahalanobis distance over
-        its 95 % quantile.
+        "turn_across_2": of the rotation; "pose": all six at once, the root of the Mahalanobis distance over its
+        95 % quantile.
 
     """
     error = found @ rigid_inverse(true)
-    turn = Rotation.from_matrix(error[:3, :3]).as_rotvec()
+    rotation = Rotation.from_matrix(error[:3, :3]).as_rotvec()
     shift = error[:3, :3] @ centroid + error[:3, 3] - centroid
     across, along = (
         np.array(uncertainty["directions"]["across"]),
         np.array(uncertainty["directions"]["along"]),
     )
     covariance = np.array(uncertainty["covariance"])
-    delta = np.r_[turn, shift]
+    delta = np.r_[rotation, shift]
     distance = float(delta @ np.linalg.solve(covariance, delta))
     ratios = {
         "along": along @ shift / uncertainty["along_mm"],
-        "turn_about_view": np.degrees(along @ turn) / uncertainty["rotation_about_view_deg"],
+        "turn_about_view": np.degrees(along @ rotation) / uncertainty["rotation_about_view_deg"],
         "pose": np.sqrt(distance / chi2.ppf(LEVEL, 6)),
     }
     for n in (0, 1):
         ratios[f"across_{n + 1}"] = across[n] @ shift / uncertainty["across_mm"][n]
-        ratios[f"turn_across_{n + 1}"] = np.degrees(across[n] @ turn) / uncertainty["rotation_across_deg"][n]
+        ratios[f"turn_across_{n + 1}"] = (
+            np.degrees(across[n] @ rotation) / uncertainty["rotation_across_deg"][n]
+        )
     return {name: float(abs(value)) for name, value in ratios.items()}

@@ -18,10 +18,27 @@ PointMap = Callable[[np.ndarray], np.ndarray]
 
 
 def dice(first: np.ndarray, second: np.ndarray) -> float:
-    """Dice coefficient of two masks of equal shape, 0 to 1 (no unit); NaN when both are empty.
+    """Dice coefficient of two masks, 2 |A and B| / (|A| + |B|).
 
-    2 |A and B| / (|A| + |B|) (L. Dice, Ecology 1945). Any number of dimensions: 3D for label maps, 2D for
-    silhouettes. Raises InputError when the shapes differ.
+    Parameters
+    ----------
+    first, second : array of bool
+        Of equal shape and any number of dimensions: 3D for label maps, 2D for silhouettes.
+
+    Returns
+    -------
+    float
+        0 to 1, no unit; NaN when both are empty.
+
+    Raises
+    ------
+    InputError
+        The shapes differ.
+
+    References
+    ----------
+    L. Dice, "Measures of the amount of ecologic association between species", Ecology 1945.
+
     """
     first, second = _same_shape(first, second)
     total = int(np.count_nonzero(first)) + int(np.count_nonzero(second))
@@ -29,34 +46,75 @@ def dice(first: np.ndarray, second: np.ndarray) -> float:
 
 
 def dice_per_label(first: np.ndarray, second: np.ndarray, names: Mapping[int, str]) -> dict[str, float]:
-    """Dice coefficient (0 to 1) of each label of two label maps; names: {label: name}."""
+    """Dice coefficient of each label of two label maps.
+
+    Parameters
+    ----------
+    first, second : array of integers
+        Label maps of equal shape.
+    names : Mapping[int, str]
+        {label: name}.
+
+    Returns
+    -------
+    dict[str, float]
+        {name: 0 to 1}; NaN for a label that neither has.
+
+    """
     return {name: dice(first == label, second == label) for label, name in names.items()}
 
 
 def silhouette_dice(first: np.ndarray, second: np.ndarray, thickness_mm: float = 1.0) -> float:
-    """2D Dice coefficient (0 to 1) of two projections of one structure.
+    """2D Dice coefficient of the silhouettes of two projections of one structure.
 
-    first, second: (H, W) lengths in mm that the ray of each pixel runs inside the structure (a rendering of
-    its mask); pixels with at least thickness_mm are its silhouette.
+    Parameters
+    ----------
+    first, second : (H, W) array
+        Lengths in mm that the ray of each pixel runs inside the structure (a rendering of its mask).
+    thickness_mm : float
+        Pixels with at least this length are the silhouette.
+
+    Returns
+    -------
+    float
+        0 to 1, no unit; NaN when both silhouettes are empty.
+
     """
     return dice(np.asarray(first) >= thickness_mm, np.asarray(second) >= thickness_mm)
 
 
 def hausdorff95(first: np.ndarray, second: np.ndarray, affine: np.ndarray) -> float:
-    """95th percentile Hausdorff distance of two masks in mm; NaN when one of them is empty.
+    """95th percentile Hausdorff distance of two masks.
 
     The larger of the two directed 95th percentiles of distances between surface voxels' centres; a surface
-    voxel has a face neighbour outside the mask or the grid. first, second: (k, j, i) masks on one grid;
-    affine: (4, 4) index (i, j, k) to LPS mm. Raises InputError when the shapes differ.
+    voxel has a face neighbour outside the mask or the grid.
+
+    Parameters
+    ----------
+    first, second : (k, j, i) array
+        Masks on one grid.
+    affine : (4, 4) array
+        Index (i, j, k) to LPS mm.
+
+    Returns
+    -------
+    float
+        mm; NaN when one of the masks is empty.
+
+    Raises
+    ------
+    InputError
+        The shapes differ.
+
     """
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     first, second = _same_shape(first, second)
     surfaces = [surface_points(mask, affine) for mask in (first, second)]
     if not all(len(surface) for surface in surfaces):
         return float("nan")
-    there, _ = cKDTree(surfaces[1]).query(surfaces[0])
-    back, _ = cKDTree(surfaces[0]).query(surfaces[1])
+    there, _ = KDTree(surfaces[1]).query(surfaces[0])
+    back, _ = KDTree(surfaces[0]).query(surfaces[1])
     return float(max(np.percentile(there, 95), np.percentile(back, 95)))
 
 
@@ -68,7 +126,7 @@ def surface_points(mask: np.ndarray, affine: np.ndarray) -> np.ndarray:
     if box is None:
         return np.zeros((0, 3))
     inside = np.asarray(mask[box], dtype=bool)
-    surface = inside & ~binary_erosion(inside)
+    surface = inside & np.logical_not(binary_erosion(inside))
     index = np.argwhere(surface) + [side.start for side in box]
     return index[:, ::-1] @ affine[:3, :3].T + affine[:3, 3]
 
@@ -85,10 +143,25 @@ def mask_points(mask: np.ndarray, affine: np.ndarray, limit: int | None = None, 
 def target_registration_error(
     points: np.ndarray, truth: ArrayLike | PointMap, found: ArrayLike | PointMap
 ) -> np.ndarray:
-    """Distance in mm between where the truth and the found map take each point (Fitzpatrick, TMI 1998).
+    """Distance between where the true and the found map take each point.
 
-    points: (N, 3) fixed LPS mm; truth, found: (4, 4) motions or functions from (N, 3) to (N, 3), fixed to
-    moving. Returns (N,). Take points at the structure's true place (see structure_errors).
+    Parameters
+    ----------
+    points : (N, 3) array
+        Fixed LPS mm.
+    truth, found : (4, 4) array_like or callable
+        Rigid motions, or functions from (N, 3) to (N, 3); fixed to moving, LPS mm. Take points at the structure's
+        true place (see structure_errors).
+
+    Returns
+    -------
+    (N,) array
+        mm.
+
+    References
+    ----------
+    J. Fitzpatrick et al., "Predicting error in rigid-body point-based registration", IEEE TMI 1998.
+
     """
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     return np.linalg.norm(_apply(truth, points) - _apply(found, points), axis=1)
@@ -102,13 +175,33 @@ def structure_errors(
     found: ArrayLike | PointMap,
     limit: int | None = 20_000,
 ) -> dict[str, dict[str, float]]:
-    """Target registration error of every structure over its voxels, in mm.
+    """Target registration error of every structure over its voxels.
 
-    labels: (k, j, i), n belongs to names[n-1], in the moving frame; affine: (4, 4) to LPS mm.
-    truth: (K, 4, 4) true motions, fixed to moving; a structure's voxels lie at truth^-1 in the fixed frame.
-    found: (K, 4, 4) motions, or one function from fixed to moving (N, 3), such as a displacement field.
-    limit: voxels per structure that are looked at (drawn with a fixed seed); None for all.
-    Returns {name: {"mean", "p95", "max"}}; NaN for a structure without voxels.
+    Parameters
+    ----------
+    labels : (k, j, i) array
+        n belongs to names[n-1], in the moving frame.
+    affine : (4, 4) array
+        Index (i, j, k) to LPS mm.
+    names : tuple[str, ...]
+        Of the K structures.
+    truth : (K, 4, 4) array_like
+        True motions, fixed to moving; a structure's voxels lie at truth^-1 in the fixed frame.
+    found : (K, 4, 4) array_like or callable
+        Motions, or one function from fixed to moving points (N, 3), such as a displacement field.
+    limit : int, optional
+        Voxels per structure, drawn with a fixed seed; None for all.
+
+    Returns
+    -------
+    dict[str, dict[str, float]]
+        {name: {"mean", "p95", "max"}} in mm; NaN for a structure without voxels.
+
+    Raises
+    ------
+    InputError
+        The numbers of names and motions differ.
+
     """
     truth = np.asarray(truth, dtype=np.float64)
     maps = [found] * len(names) if callable(found) else list(np.asarray(found, dtype=np.float64))
@@ -139,16 +232,36 @@ def summary(errors: np.ndarray) -> dict[str, float]:
 def fold_percentage(determinant: np.ndarray) -> float:
     """Share of voxels whose Jacobian determinant is 0 or less, in percent.
 
-    determinant: any shape, of the warp fixed to moving (no unit). A determinant that is not finite counts.
+    Parameters
+    ----------
+    determinant : array
+        Of the warp fixed to moving, of any shape (no unit). A determinant that is not finite counts as a fold.
+
+    Returns
+    -------
+    float
+        0 to 100 percent.
+
     """
     determinant = np.asarray(determinant)
     return 100.0 * float(np.count_nonzero(~(determinant > 0))) / max(determinant.size, 1)
 
 
 def sd_log_jacobian(determinant: np.ndarray) -> float:
-    """Standard deviation of ln |J| over voxels with a determinant above 0 (no unit; 0 for a rigid motion).
+    """Standard deviation of ln |J| over voxels with a determinant above 0.
 
     Folded voxels have no logarithm: they are left out here and counted by fold_percentage.
+
+    Parameters
+    ----------
+    determinant : array
+        Of the warp fixed to moving, of any shape (no unit).
+
+    Returns
+    -------
+    float
+        No unit; 0 for a rigid motion, NaN when every voxel is folded.
+
     """
     determinant = np.asarray(determinant, dtype=np.float64)
     kept = determinant[determinant > 0]
@@ -163,14 +276,34 @@ def projection_error_mm(
     scale: Literal["structure", "detector"] = "structure",
     pixel_spacing_mm: tuple[float, float] | None = None,
 ) -> np.ndarray:
-    """Distance in mm between the projections of points under the true and the found camera or place.
+    """Distance between the projections of points under the true and the found camera or place.
 
-    points: (N, 3) true fixed LPS mm. truth: the true camera. found: the found one (None: the same camera).
-    found_points: (N, 3) where the found registration has those points (None: the same points).
-    scale: "structure" measures in the plane through each true point parallel to the detector (pixels times
-    depth over focal length); "detector" on the detector, where pixel_spacing_mm (between rows, between
-    columns; DICOM's order) is needed.
-    Returns (N,); NaN for a point behind a source. Raises InputError for "detector" without pixel_spacing_mm.
+    Parameters
+    ----------
+    points : (N, 3) array
+        True fixed LPS mm.
+    truth : Camera
+        The true camera.
+    found : Camera, optional
+        The found one; the true camera by default.
+    found_points : (N, 3) array, optional
+        Where the found registration has those points, fixed LPS mm; the true points by default.
+    scale : {"structure", "detector"}
+        "structure" measures in the plane through each true point parallel to the detector (pixels times depth
+        over focal length); "detector" on the detector.
+    pixel_spacing_mm : tuple[float, float], optional
+        Between rows, between columns (DICOM's order); needed for "detector".
+
+    Returns
+    -------
+    (N,) array
+        mm; NaN for a point behind a source.
+
+    Raises
+    ------
+    InputError
+        "detector" without pixel_spacing_mm, another scale, or numbers of points that differ.
+
     """
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     other = points if found_points is None else np.asarray(found_points, dtype=np.float64).reshape(-1, 3)

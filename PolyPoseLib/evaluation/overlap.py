@@ -21,18 +21,26 @@ def score_segmentation(
 ) -> dict[str, Any]:
     """Score a result's warped labels against labels of the fixed frame that have the same numbers.
 
-    Args:
-        result: of a registration, such as ``load_result`` reads.
-        segmentation: label map in the fixed frame on any grid, such as ``read_segmentation`` reads.
-        names: {label: name} for the table; the numbers themselves when None.
+    Parameters
+    ----------
+    result : Result
+        Of a registration, such as ``load_result`` reads.
+    segmentation : Segmentation
+        Label map in the fixed frame on any grid, such as ``read_segmentation`` reads.
+    names : Mapping[int, str], optional
+        {label: name} for the table; the numbers themselves when None.
 
-    Returns:
+    Returns
+    -------
+    dict[str, Any]
         A table that json can write: "labels" {name: {"dice": 0 to 1, "hd95_mm", "centroid_mm": distance of the
         centroids}} for every label that the second segmentation has; "summary" {"mean_dice", "folds_percent",
         "sd_log_jacobian"}.
 
-    Raises:
-        InputError: the segmentation has overlapping layers, or both have no label in common.
+    Raises
+    ------
+    InputError
+        The segmentation has overlapping layers, or both have no label in common.
 
     """
     from PolyPoseLib.warp.dense import jacobian_determinant

@@ -36,38 +36,37 @@ _MINIMUM_ORGAN_VOXELS = 50
 def score_result(result: Result, truth: Truth, stands_for: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Score a result against the truth.
 
-    Args:
-        result: of a registration, such as ``load_result`` reads.
-        truth: of the same case, such as ``load_truth`` reads.
-        stands_for: {structure of the truth: structure of the result} where names differ, as when a study
-        fused
-            bones that the truth moves apart.
+    Parameters
+    ----------
+    result : Result
+        Of a registration, such as ``load_result`` reads.
+    truth : Truth
+        Of the same case, such as ``load_truth`` reads.
+    stands_for : Mapping[str, str], optional
+        {structure of the truth: structure of the result} where names differ, as when a study fused bones that the
+        truth moves apart.
 
-    Returns:
-        A table that json can write:
-        "structures" {name: {
-            "tre_mean_mm", "tre_p95_mm", "tre_max_mm": error of the transform over the structure's voxels,
-            "pose_tre_mean_mm", "pose_tre_max_mm": error of the structure's own rigid motion over them,
-            "pose_rotation_deg": angle between the true and the found motion,
-            "pose_error": the found pose against the truth, rotation vector (3, degrees) and displacement of
-                the centroid (3, mm), LPS,
-            "rest_tre_mean_mm": the error of doing nothing,
-            "dice": 0 to 1, "hd95_mm": of the warped labels,
-            "uncertainty": as the result has it, when it has,
-            "interval_ratios": errors over the intervals stated, see
-                :func:`PolyPoseLib.evaluation.calibration.interval_ratios`}},
-        "summary" {"mean_tre_mm", "worst_tre_mm" (largest mean), "mean_pose_tre_mm", "worst_pose_tre_mm",
-            "mean_rest_tre_mm", "mean_dice": over all structures but the anchor; "organ_dice": mean over
-            organs; "soft_error_mean_mm": transform against truth in the body outside all structures;
-            "folds_percent", "sd_log_jacobian": of the transform},
-        "cameras" [{"projection_mean_mm", "projection_max_mm": of the anchor's points, in the plane through
-        each,
-            "rotation_deg", "source_mm": distance between the sources}],
-        "organs" {name: Dice}, "seconds", "warnings", "distrust".
+    Returns
+    -------
+    dict[str, Any]
+        A table that json can write: "structures" {name: { "tre_mean_mm", "tre_p95_mm", "tre_max_mm": error of the
+        transform over the structure's voxels, "pose_tre_mean_mm", "pose_tre_max_mm": error of the structure's own
+        rigid motion over them, "pose_rotation_deg": angle between the true and the found motion, "pose_error":
+        the found pose against the truth, rotation vector (3, degrees) and displacement of the centroid (3, mm),
+        LPS, "rest_tre_mean_mm": the error of doing nothing, "dice": 0 to 1, "hd95_mm": of the warped labels,
+        "uncertainty": as the result has it, when it has, "interval_ratios": errors over the intervals stated, see
+        :func:`PolyPoseLib.evaluation.calibration.interval_ratios`}}, "summary" {"mean_tre_mm", "worst_tre_mm"
+        (largest mean), "mean_pose_tre_mm", "worst_pose_tre_mm", "mean_rest_tre_mm", "mean_dice": over all
+        structures but the anchor; "organ_dice": mean over organs; "soft_error_mean_mm": transform against truth
+        in the body outside all structures; "folds_percent", "sd_log_jacobian": of the transform}, "cameras"
+        [{"projection_mean_mm", "projection_max_mm": of the anchor's points, in the plane through each,
+        "rotation_deg", "source_mm": distance between the sources}], "organs" {name: Dice}, "seconds", "warnings",
+        "distrust".
 
-    Raises:
-        InputError: the result lacks a structure or a camera of the
-        truth.
+    Raises
+    ------
+    InputError
+        The result lacks a structure or a camera of the truth.
 
     """
     names = {name: (stands_for or {}).get(name, name) for name in truth.names}

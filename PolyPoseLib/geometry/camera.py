@@ -33,16 +33,23 @@ def focal_length_px(
 ) -> tuple[float, float]:
     """Focal lengths in pixels from the detector's distance and pixel pitch.
 
-    Args:
-        source_to_detector_mm: distance from the source to the detector's plane (DICOM (0018,1110)).
-        pixel_spacing_mm: pitch at the detector in DICOM's order (between rows, between columns)
-            (ImagerPixelSpacing (0018,1164)); one number for square pixels.
+    Parameters
+    ----------
+    source_to_detector_mm : float
+        Distance from the source to the detector's plane (DICOM (0018,1110)).
+    pixel_spacing_mm : float | Sequence[float]
+        Pitch at the detector in DICOM's order (between rows, between columns) (ImagerPixelSpacing (0018,1164));
+        one number for square pixels.
 
-    Returns:
+    Returns
+    -------
+    tuple[float, float]
         (fx, fy) px: fx along a row (distance over the pitch between columns), fy down a column.
 
-    Raises:
-        InputError: a distance or spacing that is not a finite number above 0.
+    Raises
+    ------
+    InputError
+        A distance or spacing that is not a finite number above 0.
 
     """
     rows, columns = _pair(pixel_spacing_mm, "pixel_spacing_mm")
@@ -62,18 +69,31 @@ def intrinsics_matrix(
     width: int,
     principal_point_px: Sequence[float] | None = None,
 ) -> np.ndarray:
-    """Intrinsics K (3, 3) in pixels of a flat detector that faces its source.
+    """Intrinsics of a flat detector that faces its source.
 
-    Args:
-        source_to_detector_mm: as in focal_length_px.
-        pixel_spacing_mm: as in focal_length_px, (between rows, between columns).
-        height: rows of the image.
-        width: columns of the image.
-        principal_point_px: (column, row) where the perpendicular from the source meets the detector; the
-            detector's centre ((W - 1) / 2, (H - 1) / 2) when None.
+    Parameters
+    ----------
+    source_to_detector_mm : float
+        Distance from the source to the detector's plane (DICOM (0018,1110)).
+    pixel_spacing_mm : float | Sequence[float]
+        Pitch at the detector (between rows, between columns); one number for square pixels.
+    height : int
+        Rows of the image.
+    width : int
+        Columns of the image.
+    principal_point_px : Sequence[float], optional
+        (column, row) where the perpendicular from the source meets the detector; the detector's centre
+        ((W - 1) / 2, (H - 1) / 2) by default.
 
-    Raises:
-        InputError: see focal_length_px.
+    Returns
+    -------
+    (3, 3) array
+        K, pixels.
+
+    Raises
+    ------
+    InputError
+        A distance or spacing that is not above 0, or a principal point that is not two finite numbers.
 
     """
     fx, fy = focal_length_px(source_to_detector_mm, pixel_spacing_mm)
@@ -86,15 +106,26 @@ def intrinsics_matrix(
 
 
 def look_at(source: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 0, 1)) -> np.ndarray:
-    """Extrinsic (4, 4) of a camera at `source` whose axis passes through `target`.
+    """Extrinsic of a camera at one point whose axis passes through another.
 
-    Args:
-        source: (3,) mm, the X-ray source.
-        target: (3,) mm, a point on the ray through the principal point.
-        up: (3,) world direction shown upward in the image (superior by default); need not be perpendicular.
+    Parameters
+    ----------
+    source : (3,) array_like
+        mm, the X-ray source.
+    target : (3,) array_like
+        mm, a point on the ray through the principal point.
+    up : (3,) array_like
+        World direction shown upward in the image (superior by default); need not be perpendicular.
 
-    Raises:
-        InputError: source and target coincide, or `up` is parallel to the line between them.
+    Returns
+    -------
+    (4, 4) array
+        World LPS mm to camera mm.
+
+    Raises
+    ------
+    InputError
+        Source and target coincide, or `up` is parallel to the line between them.
 
     """
     source, target, up = (np.asarray(x, dtype=np.float64) for x in (source, target, up))
@@ -118,14 +149,21 @@ def look_at(source: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 0, 1)) -> 
 class Camera:
     """One X-ray's camera; a camera that exists is valid.
 
-    Attributes:
-        intrinsics: K (3, 3) in pixels, upper triangular, positive focal lengths, last row 0 0 1.
-        extrinsic: E (4, 4), rigid, world LPS mm to camera mm.
-        height: rows of the image.
-        width: columns of the image.
+    Attributes
+    ----------
+    intrinsics : (3, 3) array
+        K in pixels, upper triangular, positive focal lengths, last row 0 0 1.
+    extrinsic : (4, 4) array
+        Rigid, world LPS mm to camera mm.
+    height : int
+        Rows of the image.
+    width : int
+        Columns of the image.
 
-    Raises:
-        InputError: from the constructor, when any of these rules is broken.
+    Raises
+    ------
+    InputError
+        From the constructor, when any of these rules is broken.
 
     """
 
@@ -169,9 +207,18 @@ class Camera:
         return np.asarray(points, dtype=np.float64) @ self.extrinsic[2, :3] + self.extrinsic[2, 3]
 
     def project(self, points: ArrayLike) -> np.ndarray:
-        """Project world points (..., 3) mm to pixels (..., 2) as (column, row).
+        """Project world points to pixels.
 
-        Points at or behind the source cannot be seen: they give NaN.
+        Parameters
+        ----------
+        points : (..., 3) array_like
+            World LPS mm.
+
+        Returns
+        -------
+        (..., 2) array
+            (column, row); NaN for points at or behind the source, which cannot be seen.
+
         """
         camera = np.asarray(points, dtype=np.float64) @ self.extrinsic[:3, :3].T + self.extrinsic[:3, 3]
         image = camera @ self.intrinsics.T
@@ -196,7 +243,7 @@ class Camera:
         return np.linalg.inv(self.extrinsic) @ to_camera
 
     def with_extrinsic(self, extrinsic: ArrayLike) -> Camera:
-        """Return the same detector at another pose (4, 4); raises InputError when it is not rigid."""
+        """The same detector at another pose (4, 4), world to camera; raises InputError when it is not rigid."""
         return replace(self, extrinsic=extrinsic)
 
     def binned(self, factor: int) -> Camera:
@@ -205,8 +252,20 @@ class Camera:
         Rows and columns that do not fill a block are dropped at the end. A block's centre is the mean of its
         pixels' centres, hence column' = (column + 1/2) / factor - 1/2.
 
-        Raises:
-            InputError: factor is not a whole number from 1 to the image's smaller side.
+        Parameters
+        ----------
+        factor : int
+            Pixels along the edge of a block.
+
+        Returns
+        -------
+        Camera
+            Of height // factor rows and width // factor columns.
+
+        Raises
+        ------
+        InputError
+            The factor is not a whole number from 1 to the image's smaller side.
 
         """
         if not isinstance(factor, int | np.integer) or not 1 <= factor <= min(self.height, self.width):
@@ -220,10 +279,24 @@ class Camera:
         return Camera(intrinsics, self.extrinsic, self.height // factor, self.width // factor)
 
     def cropped(self, row0: int, row1: int, col0: int, col1: int) -> Camera:
-        """Camera of image[row0:row1, col0:col1].
+        """Camera of a part of the image, image[row0:row1, col0:col1].
 
-        Raises:
-            InputError: the crop is empty or leaves the image.
+        Parameters
+        ----------
+        row0, row1 : int
+            First row, and the one after the last.
+        col0, col1 : int
+            First column, and the one after the last.
+
+        Returns
+        -------
+        Camera
+            Of the part.
+
+        Raises
+        ------
+        InputError
+            The crop is empty or leaves the image.
 
         """
         if not (0 <= row0 < row1 <= self.height and 0 <= col0 < col1 <= self.width):
@@ -268,11 +341,25 @@ def review_camera(camera: Camera, pixels: int = REVIEW_PIXELS) -> tuple[Camera, 
 
 
 def require_intrinsics(matrix: ArrayLike, where: str = "intrinsics") -> np.ndarray:
-    """Check K and return a float64 copy (3, 3).
+    """Check intrinsics.
 
-    Raises:
-        InputError: wrong shape, not finite, not upper triangular with last row 0 0 1, a focal length <= 0 or out of
-            FOCAL_RANGE_PX, or a skew or principal point beyond MAX_OFFSET_PX.
+    Parameters
+    ----------
+    matrix : (3, 3) array_like
+        K, pixels.
+    where : str
+        What the matrix is, for the message.
+
+    Returns
+    -------
+    (3, 3) array of float64
+        A copy.
+
+    Raises
+    ------
+    InputError
+        Wrong shape, not finite, not upper triangular with last row 0 0 1, a focal length <= 0 or out of
+        FOCAL_RANGE_PX, or a skew or principal point beyond MAX_OFFSET_PX.
 
     """
     try:

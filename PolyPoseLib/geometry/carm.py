@@ -18,9 +18,9 @@ position: convert them with "HFS". Angles read from the stand, or the isocentre 
 (0018,9464), are relative to the equipment: convert them with the patient position.
 
 C-arm images are kept as seen from the receptor, facing the source (PS3.3 C.8.19.6.13.1.2), heads up. A
-camera is a view from the source. The two are mirror images, which no rotation can mend: see `view_from_axes`.
+camera is a view from the source. The two are mirror images, which no rotation can undo: see `view_from_axes`.
 
-Every extrinsic made here is an initial guess: a patient is not where the stand thinks.
+Every extrinsic made here is an initial estimate: a patient is never exactly where the stand assumes.
 """
 
 from __future__ import annotations
@@ -53,11 +53,14 @@ PATIENT_POSITIONS: tuple[str, ...] = tuple(_PATIENT_AXES)
 class CArmAngles:
     """Angles of a C-arm in degrees.
 
-    Attributes:
-        primary_deg: -180 to 180, positive toward LAO.
-        secondary_deg: -90 to 90, positive toward CRA.
-        detector_rotation_deg: -180 to 180, turn of the camera about its axis, its x toward its y; 0 is
-            heads up.
+    Attributes
+    ----------
+    primary_deg : float
+        -180 to 180, positive toward LAO.
+    secondary_deg : float
+        -90 to 90, positive toward CRA.
+    detector_rotation_deg : float
+        -180 to 180, rotation of the camera about its axis, its x toward its y; 0 is heads up.
 
     """
 
@@ -67,13 +70,22 @@ class CArmAngles:
 
 
 def equipment_to_patient(patient_position: str = "HFS") -> np.ndarray:
-    """Rotation (3, 3) that takes vectors of the equipment to LPS vectors of the patient.
+    """Rotation that takes vectors of the equipment to LPS vectors of the patient.
 
-    Args:
-        patient_position: one of PATIENT_POSITIONS (DICOM PS3.3 C.7.3.1.1.2).
+    Parameters
+    ----------
+    patient_position : str
+        One of PATIENT_POSITIONS (DICOM PS3.3 C.7.3.1.1.2).
 
-    Raises:
-        InputError: another position.
+    Returns
+    -------
+    (3, 3) array
+        Equipment to patient.
+
+    Raises
+    ------
+    InputError
+        Another position.
 
     """
     try:
@@ -90,16 +102,23 @@ def equipment_to_patient(patient_position: str = "HFS") -> np.ndarray:
 def receptor_axes(primary_deg: float, secondary_deg: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Axes of a C-arm's image as displayed: facing the source, heads up (PS3.3 C.8.7.5.1.2).
 
-    Args:
-        primary_deg: positive toward LAO.
-        secondary_deg: positive toward CRA.
+    Parameters
+    ----------
+    primary_deg : float
+        Positive toward LAO.
+    secondary_deg : float
+        Positive toward CRA.
 
-    Returns:
+    Returns
+    -------
+    tuple[np.ndarray, np.ndarray, np.ndarray]
         Three unit vectors (3,): along the columns (to the right), down the rows, and from the source to the
         receptor. They are left-handed, because the viewer stands behind the receptor.
 
-    Raises:
-        InputError: an angle that is not finite or out of range.
+    Raises
+    ------
+    InputError
+        An angle that is not finite or out of range.
 
     """
     if not (np.isfinite(primary_deg) and abs(primary_deg) <= 360):
@@ -123,16 +142,24 @@ def iec_axes(
     at 90 degrees; the couch turns about Zf, counter-clockwise from above; the receptor counter-clockwise as
     seen from the source.
 
-    Args:
-        gantry_deg: gantry angle (300A,011E).
-        couch_deg: patient support angle (300A,0122).
-        receptor_deg: X-ray image receptor angle (3002,000E).
+    Parameters
+    ----------
+    gantry_deg : float
+        Gantry angle (300A,011E).
+    couch_deg : float
+        Patient support angle (300A,0122).
+    receptor_deg : float
+        X-ray image receptor angle (3002,000E).
 
-    Returns:
+    Returns
+    -------
+    tuple[np.ndarray, np.ndarray, np.ndarray]
         Three unit vectors (3,), right-handed: Xr (along the columns), -Yr (down the rows), -Zr (the beam).
 
-    Raises:
-        InputError: an angle that is not finite.
+    Raises
+    ------
+    InputError
+        An angle that is not finite.
 
     """
     if not np.isfinite([gantry_deg, couch_deg, receptor_deg]).all():
@@ -159,19 +186,29 @@ def view_from_axes(
 ) -> tuple[np.ndarray, bool]:
     """Extrinsic of an image whose axes are known in the patient, and whether the image is a mirror image.
 
-    Args:
-        columns: (3,) unit vector along the stored image's columns, LPS.
-        rows: (3,) unit vector down the stored image's rows, LPS.
-        beam: (3,) unit vector from the source to the detector, LPS, perpendicular to both.
-        source_to_isocenter_mm: distance from the source to `isocenter`.
-        isocenter: (3,) LPS mm, the point of the patient on the central ray.
+    Parameters
+    ----------
+    columns : (3,) array_like
+        Unit vector along the stored image's columns, LPS.
+    rows : (3,) array_like
+        Unit vector down the stored image's rows, LPS.
+    beam : (3,) array_like
+        Unit vector from the source to the detector, LPS, perpendicular to both.
+    source_to_isocenter_mm : float
+        Distance from the source to `isocenter`.
+    isocenter : (3,) array_like
+        LPS mm, the point of the patient on the central ray.
 
-    Returns:
-        (extrinsic (4, 4) world to camera, mirrored). When the image was stored as seen from the detector's
-        side, mirrored is True and the extrinsic belongs to the image with its columns in reverse order.
+    Returns
+    -------
+    tuple[np.ndarray, bool]
+        (extrinsic (4, 4) world to camera, mirrored). When the image was stored as seen from the detector's side,
+        mirrored is True and the extrinsic belongs to the image with its columns in reverse order.
 
-    Raises:
-        InputError: a distance that is not above 0, or an isocenter that is not three finite numbers.
+    Raises
+    ------
+    InputError
+        A distance that is not above 0, or an isocenter that is not three finite numbers.
 
     """
     if not (np.isfinite(source_to_isocenter_mm) and source_to_isocenter_mm > 0):
@@ -201,21 +238,32 @@ def carm_extrinsic(
 ) -> np.ndarray:
     """Extrinsic of a C-arm: the view from the source, heads up.
 
-    Args:
-        primary_deg: positive toward LAO.
-        secondary_deg: positive toward CRA.
-        source_to_isocenter_mm: distance from the source to the isocentre (0018,1111).
-        isocenter: (3,) LPS mm, the point of the patient at the isocentre.
-        patient_position: "HFS" for angles relative to the patient (DICOM's positioner angles); for angles
-            of the stand, how the patient lies: one of PATIENT_POSITIONS.
-        detector_rotation_deg: turn of the camera about its axis, its x toward its y.
+    Parameters
+    ----------
+    primary_deg : float
+        Positive toward LAO.
+    secondary_deg : float
+        Positive toward CRA.
+    source_to_isocenter_mm : float
+        Distance from the source to the isocentre (0018,1111).
+    isocenter : (3,) array_like
+        LPS mm, the point of the patient at the isocentre.
+    patient_position : str
+        "HFS" for angles relative to the patient (DICOM's positioner angles); for angles of the stand, how the
+        patient lies: one of PATIENT_POSITIONS.
+    detector_rotation_deg : float
+        Rotation of the camera about its axis, its x toward its y.
 
-    Returns:
-        (4, 4) world LPS to camera. The camera's x is the display's right-to-left: at 0 and 0 its columns
-        run to the patient's right, because the source is behind the patient.
+    Returns
+    -------
+    (4, 4) array
+        World LPS to camera. The camera's x is the display's right-to-left: at 0 and 0 its columns run to the
+        patient's right, because the source is behind the patient.
 
-    Raises:
-        InputError: a number out of range or an unknown patient position.
+    Raises
+    ------
+    InputError
+        A number out of range or an unknown patient position.
 
     """
     if not np.isfinite(detector_rotation_deg):
@@ -233,15 +281,25 @@ def carm_extrinsic(
 def carm_angles(extrinsic: ArrayLike, patient_position: str = "HFS") -> CArmAngles:
     """Angles of a C-arm whose view from the source is `extrinsic`: the inverse of `carm_extrinsic`.
 
-    Straight above the head or below the feet (secondary +-90) the primary angle and the rotation are one
-    turn: the primary angle is then 0.
+    Straight above the head or below the feet (secondary +-90) the primary angle and the detector's rotation are
+    the same rotation: the primary angle is then 0.
 
-    Args:
-        extrinsic: (4, 4) world LPS to camera.
-        patient_position: as in `carm_extrinsic`.
+    Parameters
+    ----------
+    extrinsic : (4, 4) array_like
+        World LPS to camera.
+    patient_position : str
+        As in `carm_extrinsic`.
 
-    Raises:
-        InputError: not rigid, or an unknown patient position.
+    Returns
+    -------
+    CArmAngles
+        Degrees.
+
+    Raises
+    ------
+    InputError
+        Not rigid, or an unknown patient position.
 
     """
     rotation = require_rigid(extrinsic)[:3, :3] @ equipment_to_patient(patient_position)
@@ -255,7 +313,23 @@ def carm_angles(extrinsic: ArrayLike, patient_position: str = "HFS") -> CArmAngl
 
 
 def with_isocenter(extrinsic: ArrayLike, old: ArrayLike, new: ArrayLike) -> np.ndarray:
-    """Extrinsic (4, 4) that sees the point `new` exactly as `extrinsic` sees `old` (both (3,), LPS mm)."""
+    """Extrinsic that sees one point exactly as another extrinsic sees another point.
+
+    Parameters
+    ----------
+    extrinsic : (4, 4) array_like
+        World LPS mm to camera mm.
+    old : (3,) array_like
+        The point that this extrinsic sees, LPS mm.
+    new : (3,) array_like
+        The point to be seen in its place, LPS mm.
+
+    Returns
+    -------
+    (4, 4) array
+        World LPS mm to camera mm.
+
+    """
     moved = require_rigid(extrinsic)
     moved[:3, 3] += moved[:3, :3] @ (np.asarray(old, np.float64) - np.asarray(new, np.float64))
     return moved

@@ -25,6 +25,31 @@ def bounding_box(mask: np.ndarray) -> tuple[slice, ...] | None:
     return tuple(box)
 
 
+def connected_components(mask: np.ndarray, structure: np.ndarray | None = None) -> tuple[np.ndarray, int]:
+    """Number the connected components of a mask.
+
+    Parameters
+    ----------
+    mask : array of bool
+        Of any dimension.
+    structure : array, optional
+        3 along every axis, not zero at the neighbours that count as connected; faces only by default.
+
+    Returns
+    -------
+    array of int32
+        0 outside the mask, and 1 to the number of components inside.
+    int
+        The number of components.
+
+    """
+    from scipy.ndimage import label
+
+    numbered = label(mask, structure)
+    assert isinstance(numbered, tuple)
+    return numbered
+
+
 @dataclass(frozen=True)
 class Grid:
     """Voxels (k, j, i) float32 with their affine (4, 4), index (i, j, k) to LPS mm."""
@@ -98,7 +123,18 @@ def block_centres(labels: np.ndarray, factors: tuple[int, int, int]) -> np.ndarr
 def require_grid(affine: np.ndarray, what: str) -> None:
     """Refuse an affine that is not a grid of orthogonal axes; raises InputError.
 
-    affine: (4, 4); what: whose affine it is, for the sentence.
+    Parameters
+    ----------
+    affine : (4, 4) array
+        Index (i, j, k) to LPS mm.
+    what : str
+        Whose affine it is, for the sentence.
+
+    Raises
+    ------
+    InputError
+        Not a finite matrix, singular, or axes that are not at right angles.
+
     """
     if np.shape(affine) != (4, 4) or not np.isfinite(affine).all():
         raise InputError(f"The affine of {what} must be a finite 4x4 matrix from (i, j, k, 1) to LPS mm.")
@@ -125,17 +161,39 @@ def set_grid(image: sitk.Image, affine: np.ndarray) -> None:
 
 def covering_grid(
     affine: np.ndarray,
-    shape: tuple[int, int, int],
+    shape: tuple[int, ...],
     spacing_mm: float,
     margin_mm: float = 0.0,
     keep_coarser: bool = True,
 ) -> tuple[np.ndarray, tuple[int, int, int]]:
-    """A grid of spacing_mm, along the same axes, that covers all voxels of another to their edges.
+    """A grid of another spacing, along the same axes, that covers all voxels of a grid to their edges.
 
-    affine: (4, 4), shape: (k, j, i) of the grid to cover. spacing_mm: wanted distance between nodes; margin_mm:
-    covered beyond the voxels' edges. keep_coarser: an axis whose voxels are farther apart than that keeps its own
-    distance, since nothing is known between them.
-    Returns (affine (4, 4), shape (k, j, i)).
+    Parameters
+    ----------
+    affine : (4, 4) array
+        Of the grid to cover, index (i, j, k) to LPS mm.
+    shape : tuple[int, ...]
+        Its voxels along (k, j, i).
+    spacing_mm : float
+        Wanted distance between nodes.
+    margin_mm : float
+        Covered beyond the voxels' edges.
+    keep_coarser : bool
+        An axis whose voxels are farther apart than that keeps its own distance, since nothing is known between
+        them.
+
+    Returns
+    -------
+    (4, 4) array
+        Affine of the grid, index (i, j, k) to LPS mm.
+    tuple[int, int, int]
+        Its nodes along (k, j, i).
+
+    Raises
+    ------
+    InputError
+        An affine that is not a grid of orthogonal axes, or a spacing that is not above 0.
+
     """
     require_grid(affine, "the grid to cover")
     if not (np.isfinite(spacing_mm) and spacing_mm > 0):

@@ -19,10 +19,10 @@ OUTLIER_MM = 12.0
 """A landmark whose reprojection is farther off, measured at its own depth, is left out."""
 
 CLICK_MM = 2.0
-"""How well people click, at the landmark's depth: the scale of the robust loss and the least uncertainty."""
+"""Precision of landmarks placed by hand, at their depth: the scale of the robust loss, and the least uncertainty."""
 
 LEAST_WIDTH_MM = 5.0
-"""Landmarks that are not spread at least this far across their longest line lie, for a person's clicks, on one line."""
+"""Landmarks that are spread less than this across their longest line count as lying on one line."""
 
 MOST_SUBSETS = 300
 MOST_STARTS = 8
@@ -32,10 +32,20 @@ MOST_STARTS = 8
 class PnpSolution:
     """A camera from N landmarks.
 
-    camera: found; inliers: (N,) bool, those that were used; errors_px, errors_mm: (N,) reprojection errors of all, in
-    pixels and at the landmark's depth; covariance: (6, 6) of a small motion of the camera's frame about the inliers'
-    centroid, [rotation (rad), translation (mm)]; ambiguous_mm: reprojection error (root mean square) of the best
-    clearly different camera, or None when there is none: flat sets have two.
+    Attributes
+    ----------
+    camera : Camera
+        The camera.
+    inliers : (N,) array of bool
+        Those that were used.
+    errors_px, errors_mm : (N,) array
+        Reprojection errors of all, in pixels and at the landmark's depth.
+    covariance : (6, 6) array
+        Of a small motion of the camera's frame about the inliers' centroid, [rotation (rad), translation (mm)].
+    ambiguous_mm : float, optional
+        Reprojection error (root mean square) of the best clearly different camera, or None when there is none:
+        flat sets have two.
+
     """
 
     camera: Camera
@@ -66,16 +76,29 @@ def camera_from_landmarks(
     Poses from triples of landmarks (p3p) are scored by all, the best are refined with a robust loss, outliers are
     dropped and the rest is fitted by least squares.
 
-    Args:
-        points: (N, 3) LPS mm.
-        pixels: (N, 2) [column, row].
-        detector: intrinsics and size; its extrinsic is ignored.
-        name: what sentences call the landmarks.
-        seed: of the choice of triples when there are many.
+    Parameters
+    ----------
+    points : (N, 3) array_like
+        LPS mm.
+    pixels : (N, 2) array_like
+        [column, row].
+    detector : Camera
+        Intrinsics and size; its extrinsic is ignored.
+    name : str
+        How messages call the landmarks.
+    seed : int
+        Of the choice of triples when there are many.
 
-    Raises:
-        InputError: fewer than four pairs, numbers that are not finite, points or pixels in one place or on one line,
-            or no four landmarks that agree with one camera.
+    Returns
+    -------
+    PnpSolution
+        The camera, its errors and its covariance.
+
+    Raises
+    ------
+    InputError
+        Fewer than four pairs, numbers that are not finite, points or pixels in one place or on one line, or no
+        four landmarks that agree with one camera.
 
     """
     points, pixels = checked_landmarks(points, pixels, name)
@@ -162,7 +185,7 @@ def _disagreement(name: str) -> InputError:
 def _starts(
     points: np.ndarray, pixels: np.ndarray, detector: Camera, rng: np.random.Generator
 ) -> list[np.ndarray]:
-    """Extrinsics from triples, those that suit most landmarks first."""
+    """Extrinsics from triples, in order of their truncated reprojection error."""
     rays = np.linalg.solve(detector.intrinsics, np.column_stack([pixels, np.ones(len(pixels))]).T).T
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     triples = list(combinations(range(len(points)), 3))
@@ -208,7 +231,7 @@ def _final_fit(start: Camera, points: np.ndarray, pixels: np.ndarray) -> tuple[C
 
 
 def _moved(camera: Camera, step: np.ndarray, centre: np.ndarray) -> Camera:
-    """Turn the camera's frame by step[:3] rad about ``centre`` and shift it by step[3:] mm, in camera axes."""
+    """Rotate the camera's frame by step[:3] rad about ``centre`` and shift it by step[3:] mm, in camera axes."""
     turn = Rotation.from_rotvec(step[:3]).as_matrix()
     middle = camera.extrinsic[:3, :3] @ centre + camera.extrinsic[:3, 3]
     extrinsic = np.eye(4)
@@ -246,13 +269,23 @@ def _other_minimum(
 def p3p_poses(points: np.ndarray, rays: np.ndarray) -> list[np.ndarray]:
     """Up to four extrinsics (4, 4) that put three world points on three rays.
 
-    Args:
-        points: (3, 3) world mm, one a row.
-        rays: (3, 3) unit vectors in camera axes, one a row, with positive z.
+    Parameters
+    ----------
+    points : (3, 3) array
+        World mm, one a row.
+    rays : (3, 3) array
+        Unit vectors in camera axes, one a row, with positive z.
 
-    Returns:
-        Poses with all points in front of the camera.  Complex roots are taken by their real part, for noise makes
-        double roots complex; the caller refines.
+    Returns
+    -------
+    list[np.ndarray]
+        (4, 4) poses, world to camera, with all points in front of the camera. Complex roots are taken by their real
+        part, for noise makes double roots complex; the caller refines.
+
+    References
+    ----------
+    R. Haralick et al., "Review and analysis of solutions of the three point perspective pose estimation problem",
+    IJCV 1994 (the solution of J. Grunert, 1841).
 
     """
     a2, b2, c2 = (float(((points[m] - points[n]) ** 2).sum()) for m, n in ((1, 2), (0, 2), (0, 1)))

@@ -12,14 +12,14 @@ from scipy.spatial.transform import Rotation
 from PolyPoseLib.errors import InputError
 
 RIGID_TOLERANCE = 1e-4
-"""Largest entry of |R R^T - I| that is taken for rounding (four decimals in a JSON file) and mended."""
+"""Largest entry of |R R^T - I| that is taken for rounding (four decimals in a JSON file) and corrected."""
 
 MAX_TRANSLATION_MM = 1e7
 """Farther translations are taken for a wrong unit; with much farther ones the arithmetic overflows."""
 
 
 def perturbation(delta: np.ndarray) -> np.ndarray:
-    """(4, 4) motion that turns by the vector delta[:3] (rad) and then shifts by delta[3:] (mm)."""
+    """(4, 4) motion that rotates by the vector delta[:3] (rad) and then shifts by delta[3:] (mm)."""
     motion = np.eye(4)
     motion[:3, :3] = rotation_matrix(delta[:3])
     motion[:3, 3] = delta[3:]
@@ -127,17 +127,24 @@ def _as_float(value: Any) -> float:
 def require_rigid(matrix: ArrayLike, where: str = "extrinsic") -> np.ndarray:
     """Check that a matrix is a rigid motion and return it in float64 with an exactly orthonormal rotation.
 
-    Args:
-        matrix: (4, 4): a rotation, a translation in mm in the last column, and the last row 0 0 0 1.
-        where: what the matrix is, for the error's sentence (file and field, for example).
+    Parameters
+    ----------
+    matrix : (4, 4) array_like
+        A rotation, a translation in mm in the last column, and the last row 0 0 0 1.
+    where : str
+        What the matrix is, for the message (file and field, for example).
 
-    Returns:
-        (4, 4) float64. A rotation within RIGID_TOLERANCE of orthonormal is replaced by the nearest rotation
-        (polar decomposition; Higham, "Computing the polar decomposition", SIAM J. Sci. Stat. Comput. 1986).
+    Returns
+    -------
+    (4, 4) array of float64
+        A rotation within RIGID_TOLERANCE of orthonormal is replaced by the nearest rotation (polar decomposition;
+        Higham, "Computing the polar decomposition", SIAM J. Sci. Stat. Comput. 1986).
 
-    Raises:
-        InputError: wrong shape, not finite, wrong last row, not orthonormal, a reflection, or farther than
-            MAX_TRANSLATION_MM.
+    Raises
+    ------
+    InputError
+        Wrong shape, not finite, wrong last row, not orthonormal, a reflection, or farther than
+        MAX_TRANSLATION_MM.
 
     """
     try:
@@ -174,7 +181,19 @@ def require_rigid(matrix: ArrayLike, where: str = "extrinsic") -> np.ndarray:
 
 
 def rigid_inverse(matrix: ArrayLike) -> np.ndarray:
-    """Invert rigid motions (..., 4, 4) by transposing their rotations: [R, t] becomes [R^T, -R^T t]."""
+    """Invert rigid motions by transposing their rotations: [R, t] becomes [R^T, -R^T t].
+
+    Parameters
+    ----------
+    matrix : (..., 4, 4) array_like
+        Rigid motions.
+
+    Returns
+    -------
+    (..., 4, 4) array of float64
+        Their inverses.
+
+    """
     rigid = np.asarray(matrix, dtype=np.float64)
     inverse = np.zeros_like(rigid)
     rotation = np.swapaxes(rigid[..., :3, :3], -1, -2)

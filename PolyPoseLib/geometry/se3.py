@@ -39,15 +39,25 @@ _ARCSINE = [comb(2 * n, n) / (4**n * (2 * n + 1)) for n in range(_TERMS)]
 def exp(v: Tensor) -> Tensor:
     """Exponential of se(3): the rigid motion whose logarithm is v.
 
-    Args:
-        v: (..., 6), [rotation (3) rad, translation part (3) mm].
+    Parameters
+    ----------
+    v : (..., 6) Tensor
+        [rotation (3) rad, translation part (3) mm].
 
-    Returns:
-        (..., 4, 4), R = I + sin t/t W + (1 - cos t)/t^2 W^2 and
-        translation (I + (1 - cos t)/t^2 W + (t - sin t)/t^3 W^2) u, t = |w| (Barfoot, eq. 7.16 and 7.37).
+    Returns
+    -------
+    (..., 4, 4) Tensor
+        R = I + sin t/t W + (1 - cos t)/t^2 W^2, and the translation (I + (1 - cos t)/t^2 W + (t - sin t)/t^3 W^2) u
+        with t = |w|.
 
-    Raises:
-        ValueError: the last dimension is not 6.
+    Raises
+    ------
+    ValueError
+        The last dimension is not 6.
+
+    References
+    ----------
+    T. Barfoot, "State Estimation for Robotics", 2017, eq. 7.16 and 7.37.
 
     """
     _require_last(v, (6,), "v")
@@ -70,18 +80,28 @@ def exp(v: Tensor) -> Tensor:
 def log(motion: Tensor) -> Tensor:
     """Logarithm of rigid motions, the inverse of exp for angles up to pi.
 
-    The rotation goes through its unit quaternion, taken from the row of largest diagonal (S. Shepperd,
-    "Quaternion from rotation matrix", J. Guidance and Control 1978), which loses no digits near pi.
+    The rotation goes through its unit quaternion, taken from the row of largest diagonal, which loses no digits
+    near pi.
 
-    Args:
-        motion: (..., 4, 4) rigid; translation in mm.
+    Parameters
+    ----------
+    motion : (..., 4, 4) Tensor
+        Rigid; translation in mm.
 
-    Returns:
-        (..., 6), [rotation (3) rad of norm <= pi, translation part (3) mm]. At exactly pi both signs of the
-        rotation vector are logarithms; one of them is returned.
+    Returns
+    -------
+    (..., 6) Tensor
+        [rotation (3) rad of norm <= pi, translation part (3) mm]. At exactly pi both signs of the rotation vector
+        are logarithms; one of them is returned.
 
-    Raises:
-        ValueError: the last dimensions are not 4 x 4.
+    Raises
+    ------
+    ValueError
+        The last dimensions are not 4 x 4.
+
+    References
+    ----------
+    S. Shepperd, "Quaternion from rotation matrix", J. Guidance and Control 1978.
 
     """
     _require_last(motion, (4, 4), "motion")
@@ -97,10 +117,22 @@ def log(motion: Tensor) -> Tensor:
 
 
 def inverse(motion: Tensor) -> Tensor:
-    """Invert rigid motions (..., 4, 4): [R, t] becomes [R^T, -R^T t].
+    """Invert rigid motions: [R, t] becomes [R^T, -R^T t].
 
-    Raises:
-        ValueError: the last dimensions are not 4 x 4.
+    Parameters
+    ----------
+    motion : (..., 4, 4) Tensor
+        Rigid; translation in mm.
+
+    Returns
+    -------
+    (..., 4, 4) Tensor
+        The inverse motions.
+
+    Raises
+    ------
+    ValueError
+        The last dimensions are not 4 x 4.
 
     """
     _require_last(motion, (4, 4), "motion")
@@ -110,10 +142,22 @@ def inverse(motion: Tensor) -> Tensor:
 
 
 def adjoint(motion: Tensor) -> Tensor:
-    """Adjoint (..., 6, 6) of rigid motions (..., 4, 4): motion exp(v) motion^-1 = exp(adjoint(motion) v).
+    """Adjoint of rigid motions: motion exp(v) motion^-1 = exp(adjoint(motion) v).
 
-    Raises:
-        ValueError: the last dimensions are not 4 x 4.
+    Parameters
+    ----------
+    motion : (..., 4, 4) Tensor
+        Rigid; translation in mm.
+
+    Returns
+    -------
+    (..., 6, 6) Tensor
+        On [rotation (3) rad, translation part (3) mm].
+
+    Raises
+    ------
+    ValueError
+        The last dimensions are not 4 x 4.
 
     """
     _require_last(motion, (4, 4), "motion")
@@ -126,14 +170,24 @@ def adjoint(motion: Tensor) -> Tensor:
 def left_jacobian(v: Tensor) -> Tensor:
     """Left Jacobian of the exponential: exp(v + d) = exp(left_jacobian(v) d) exp(v) to first order in d.
 
-    Args:
-        v: (..., 6), [rotation (3) rad, translation part (3) mm].
+    Parameters
+    ----------
+    v : (..., 6) Tensor
+        [rotation (3) rad, translation part (3) mm].
 
-    Returns:
-        (..., 6, 6) in the same order of components: [[J, 0], [Q, J]] (Barfoot, eq. 7.77 and 7.86).
+    Returns
+    -------
+    (..., 6, 6) Tensor
+        In the same order of components: [[J, 0], [Q, J]].
 
-    Raises:
-        ValueError: the last dimension is not 6.
+    Raises
+    ------
+    ValueError
+        The last dimension is not 6.
+
+    References
+    ----------
+    T. Barfoot, "State Estimation for Robotics", 2017, eq. 7.77 and 7.86.
 
     """
     _require_last(v, (6,), "v")

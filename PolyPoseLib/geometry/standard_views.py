@@ -25,9 +25,23 @@ receptor; LAO, RAO, LPO, RPO: left or right front or back at the receptor (DICOM
 
 
 def standard_view_rotation(name: str) -> np.ndarray:
-    """Rotation (3, 3), world LPS to camera, of a named view from the source, heads up.
+    """Rotation of a named view from the source, heads up.
 
-    Raises InputError when the name is not in STANDARD_VIEWS.
+    Parameters
+    ----------
+    name : str
+        One of STANDARD_VIEWS.
+
+    Returns
+    -------
+    (3, 3) array
+        World LPS to camera.
+
+    Raises
+    ------
+    InputError
+        Another name.
+
     """
     if name not in STANDARD_VIEWS:
         raise InputError('"standard_view": ' + unknown_name("view", str(name), STANDARD_VIEWS))

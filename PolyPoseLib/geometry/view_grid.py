@@ -1,4 +1,4 @@
-"""Directions of view spread evenly around some central ones, with turns of the image about the axis."""
+"""Directions of view spread evenly around some central ones, with rotations of the image about the axis."""
 
 from __future__ import annotations
 
@@ -12,7 +12,15 @@ from scipy.spatial.transform import Rotation
 class ViewGrid:
     """Rotations to try, each ``turn(rolls[r]) @ rotations[d]`` where allowed[d, r].
 
-    rotations: (D, 3, 3) world to camera; rolls: (R,) rad, of the camera about its axis, x toward y; allowed: (D, R).
+    Attributes
+    ----------
+    rotations : (D, 3, 3) array
+        World to camera.
+    rolls : (R,) array
+        rad, of the camera about its axis, x toward y.
+    allowed : (D, R) array of bool
+        Which pairs to try.
+
     """
 
     rotations: np.ndarray
@@ -28,10 +36,29 @@ def turn(roll: float) -> np.ndarray:
 def view_grid(
     centres: np.ndarray, radius_rad: float, direction_spacing_rad: float, roll_spacing_rad: float
 ) -> ViewGrid:
-    """Rotations that cover those within ``radius_rad`` of any of the ``centres`` (C, 3, 3).
+    """Rotations that cover those within an angle of any of some central ones.
 
-    direction_spacing_rad: distance of neighbouring directions on the sphere (a Fibonacci lattice; Gonzalez,
-    "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices", Math. Geosci. 42, 2010).
+    Parameters
+    ----------
+    centres : (C, 3, 3) array
+        Central rotations, world to camera.
+    radius_rad : float
+        Largest angle from a central rotation.
+    direction_spacing_rad : float
+        Distance of neighbouring directions on the sphere, a Fibonacci lattice.
+    roll_spacing_rad : float
+        Largest distance of neighbouring rotations about the axis.
+
+    Returns
+    -------
+    ViewGrid
+        Directions and rolls, and which pairs lie within the radius.
+
+    References
+    ----------
+    A. Gonzalez, "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices", Math. Geosci. 42,
+    2010.
+
     """
     axes = centres[:, 2]
     directions = _fibonacci(max(12, round(4 * np.pi / (np.sqrt(3) / 2 * direction_spacing_rad**2))))

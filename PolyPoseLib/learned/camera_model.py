@@ -21,8 +21,17 @@ from PolyPoseLib.learned.view_range import ViewRange
 class CameraModel:
     """A regressor and what it is for.
 
-    fingerprint: of the CT and the anchor (:func:`ct_fingerprint`); views, detector: what it was trained for;
-    architecture, state: the network; validation_mm: median projection error on renderings that it was not trained on.
+    Attributes
+    ----------
+    fingerprint : str
+        Of the CT and the anchor (:func:`ct_fingerprint`).
+    views, detector : ViewRange
+        What it was trained for.
+    architecture, state : Architecture
+        The network.
+    validation_mm : float
+        Median projection error on renderings that it was not trained on.
+
     """
 
     fingerprint: str

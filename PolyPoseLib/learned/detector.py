@@ -24,7 +24,13 @@ LEAST_SIDE = 32
 class VirtualDetector:
     """Square and centred on the axis.
 
-    side: pixels; half_tangent: tangent of the angle between the axis and the middle of an edge.
+    Attributes
+    ----------
+    side : int
+        Pixels.
+    half_tangent : float
+        Tangent of the angle between the axis and the middle of an edge.
+
     """
 
     side: int

@@ -21,7 +21,17 @@ class ImageLoss:
     The renderer's analytic Jacobian serves as the gradient: on a CPU that costs a twentieth of differentiating through
     the rays.
 
-    body: the whole CT; camera: a detector of the images' size; patch: odd width in pixels; size_mm: step.
+    Parameters
+    ----------
+    body : Body
+        The whole CT.
+    camera : Camera
+        A detector of the images' size.
+    patch : int
+        Odd width in pixels.
+    size_mm : float
+        Step.
+
     """
 
     def __init__(self, body: Body, camera: Camera, patch: int, size_mm: float, backend: Backend) -> None:

@@ -1,4 +1,4 @@
-"""How far a predicted camera is from the true one, differentiably."""
+"""How far a predicted camera is from the true one, as differentiable losses."""
 
 from __future__ import annotations
 
@@ -17,10 +17,21 @@ DEPTH_WEIGHT = 0.3
 
 
 def projection_mm(predicted: Tensor, true: Tensor, points: Tensor) -> Tensor:
-    """Mean distance (B,) between projections of points, in mm in the plane through each true point.
+    """Mean distance between the projections of points.
 
-    predicted, true: (B, 4, 4) world LPS mm to camera; points: (N, 3) LPS mm. As evaluation.metrics.projection_error_mm
-    does, so that it is what the search and the refinement are judged by.
+    Parameters
+    ----------
+    predicted, true : (B, 4, 4) Tensor
+        World LPS mm to camera.
+    points : (N, 3) Tensor
+        LPS mm.
+
+    Returns
+    -------
+    (B,) Tensor
+        mm in the plane through each true point, as :func:`PolyPoseLib.evaluation.metrics.projection_error_mm`
+        measures it.
+
     """
     found, real = (points @ m[:, :3, :3].transpose(1, 2) + m[:, None, :3, 3] for m in (predicted, true))
     ahead = found[..., 2:].clamp(min=LEAST_DEPTH_MM)
@@ -29,11 +40,30 @@ def projection_mm(predicted: Tensor, true: Tensor, points: Tensor) -> Tensor:
 
 
 def geodesic_mm(predicted: Tensor, true: Tensor, centre: Tensor, radius_mm: float) -> Tensor:
-    """Length (B,) of the motion between two cameras about the anchor, in mm; turns count at the anchor's radius.
+    """Length of the motion between two cameras about the anchor; rotations count at the anchor's radius.
 
-    The logarithm in SE(3) of the relative motion in the true camera's axes about ``centre`` (3,) LPS mm (the double
-    geodesic of V. Gopalakrishnan et al., "Intraoperative 2D/3D Image Registration via Differentiable X-ray Rendering",
-    CVPR 2024), less for the depth.
+    The logarithm in SE(3) of the relative motion in the true camera's axes about the anchor's centre, weighted less for
+    the depth.
+
+    Parameters
+    ----------
+    predicted, true : (B, 4, 4) Tensor
+        World LPS mm to camera.
+    centre : (3,) Tensor
+        The anchor's centre, LPS mm.
+    radius_mm : float
+        The anchor's radius.
+
+    Returns
+    -------
+    (B,) Tensor
+        mm.
+
+    References
+    ----------
+    V. Gopalakrishnan et al., "Intraoperative 2D/3D Image Registration via Differentiable X-ray Rendering", CVPR 2024
+    (the double geodesic).
+
     """
     place = true[:, :3, :3] @ centre + true[:, :3, 3]
     shift = torch.eye(4, dtype=true.dtype, device=true.device).repeat(len(true), 1, 1)

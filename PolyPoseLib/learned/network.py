@@ -1,9 +1,8 @@
-"""The regressor: a residual network of MONAI with a head that keeps some of where things show."""
+"""The regressor: a residual network of MONAI with a head that keeps some of the position in the image."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import torch
 from torch import Tensor, nn
@@ -11,9 +10,6 @@ from torch import Tensor, nn
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.learned.network_input import CHANNELS
 from PolyPoseLib.learned.pose_code import LENGTH
-
-if TYPE_CHECKING:
-    from monai.networks.nets import ResNet
 
 GRID = 3
 """The last feature map is averaged to GRID x GRID cells, so that the place in the image is not lost."""
@@ -23,8 +19,13 @@ GRID = 3
 class Architecture:
     """Size of the network.
 
-    views: standard views, each with its own pose; blocks, channels: residual blocks and feature maps of each of the
-    four stages.
+    Attributes
+    ----------
+    views : int
+        Standard views, each with its own pose.
+    blocks, channels : tuple[int, int, int, int]
+        Residual blocks and feature maps of each of the four stages.
+
     """
 
     views: int
@@ -50,10 +51,9 @@ class CameraNetwork(nn.Module):
         self.backbone = _backbone(architecture)
         self.backbone.avgpool = nn.Sequential(nn.AdaptiveAvgPool2d(GRID), nn.Flatten())
         width = architecture.channels[-1]
-        self.backbone.fc = nn.Sequential(
-            nn.Linear(width * GRID**2, width), nn.ReLU(), nn.Linear(width, self.views * (1 + LENGTH))
-        )
-        last = self.backbone.fc[-1]
+        first = nn.Linear(width * GRID**2, width)
+        last = nn.Linear(width, self.views * (1 + LENGTH))
+        self.backbone.fc = nn.Sequential(first, nn.ReLU(), last)
         nn.init.normal_(last.weight, std=1e-3)
         nn.init.zeros_(last.bias)
         # Untrained, it answers with the standard view itself.
@@ -62,16 +62,16 @@ class CameraNetwork(nn.Module):
         self.register_buffer("rest", rest, persistent=False)
 
     def forward(self, images: Tensor) -> tuple[Tensor, Tensor]:
-        """See the class."""
+        """Logits (B, V) and codes (B, V, 9) of images (B, CHANNELS, S, S)."""
         answer = self.backbone(_with_coordinates(images)).float()
         logits, codes = answer.split([self.views, self.views * LENGTH], dim=1)
         return logits, codes.reshape(-1, self.views, LENGTH) + self.rest
 
 
-def _backbone(architecture: Architecture) -> ResNet:
+def _backbone(architecture: Architecture) -> nn.Module:
     """MONAI's ResNet; raises InputError when MONAI is not installed."""
     try:
-        from monai.networks.nets import ResNet
+        from monai.networks.nets.resnet import ResNet
     except ImportError as error:
         raise InputError(
             "Learned cameras need the package MONAI, which is not installed: pip install monai."

@@ -1,4 +1,4 @@
-"""What the regressor sees of an X-ray: images that do not depend on its scale of intensity."""
+"""The regressor's input from an X-ray: images that do not depend on its scale of intensity."""
 
 from __future__ import annotations
 
@@ -19,9 +19,24 @@ LARGEST = 4.0
 def network_input(
     image: np.ndarray, mask: np.ndarray, detector: VirtualDetector, distance_mm: float
 ) -> np.ndarray:
-    """(CHANNELS, side, side) float32 of an image on the virtual detector; zero outside its mask.
+    """The network's input from an image on the virtual detector.
 
-    distance_mm: nominal distance from the source to the anchor, where the patches of the local contrast are measured.
+    Parameters
+    ----------
+    image : (side, side) array
+        Line integrals.
+    mask : (side, side) array of bool
+        Pixels that count.
+    detector : VirtualDetector
+        The detector of the image.
+    distance_mm : float
+        Nominal distance from the source to the anchor, where the patches of the local contrast are measured.
+
+    Returns
+    -------
+    (CHANNELS, side, side) array of float32
+        Zero outside the mask.
+
     """
     counted = image[mask]
     if counted.size == 0:

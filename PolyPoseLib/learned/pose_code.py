@@ -18,15 +18,28 @@ DEPTH_SCALE = 0.2
 """Change of the depth's logarithm for one unit."""
 
 
-def encode(extrinsics: Tensor, view_rotations: Tensor, centre: Tensor, half_tangent: float, depth_mm: float):
-    """Codes (B, 9) of cameras.
+def encode(
+    extrinsics: Tensor, view_rotations: Tensor, centre: Tensor, half_tangent: float, depth_mm: float
+) -> Tensor:
+    """Codes of cameras.
 
-    Args:
-        extrinsics: (B, 4, 4) world LPS mm to camera.
-        view_rotations: (B, 3, 3) of the standard views to which the codes refer.
-        centre: (3,) the anchor's centre, LPS mm.
-        half_tangent: one unit of the place in the image.
-        depth_mm: distance whose code is 0.
+    Parameters
+    ----------
+    extrinsics : (B, 4, 4) Tensor
+        World LPS mm to camera.
+    view_rotations : (B, 3, 3) Tensor
+        Of the standard views to which the codes refer.
+    centre : (3,) Tensor
+        The anchor's centre, LPS mm.
+    half_tangent : float
+        One unit of the place in the image.
+    depth_mm : float
+        Distance whose code is 0.
+
+    Returns
+    -------
+    (B, 9) Tensor
+        Two columns of the rotation, place in the image, depth.
 
     """
     rotation, shift = extrinsics[:, :3, :3], extrinsics[:, :3, 3]
@@ -37,7 +50,9 @@ def encode(extrinsics: Tensor, view_rotations: Tensor, centre: Tensor, half_tang
     return torch.cat([seen[:, :, 0], seen[:, :, 1], tangents / half_tangent, depth], dim=1)
 
 
-def decode(codes: Tensor, view_rotations: Tensor, centre: Tensor, half_tangent: float, depth_mm: float):
+def decode(
+    codes: Tensor, view_rotations: Tensor, centre: Tensor, half_tangent: float, depth_mm: float
+) -> Tensor:
     """Cameras (B, 4, 4) of codes (B, 9), the inverse of :func:`encode`; any finite code gives a rigid motion."""
     seen = _orthonormal(codes[:, :6])
     tangents = codes[:, 6:8] * half_tangent

@@ -13,17 +13,17 @@ from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, project_body
 
-TURN_DEG = 12.0
+ROTATION_DEG = 12.0
 SLIDE_MM = 4.0
-"""Standard deviations of every joint's turn and of how far it comes apart."""
+"""Standard deviations of every joint's rotation and displacement."""
 
-SOFT_TURN_DEG = 3.0
+SOFT_ROTATION_DEG = 3.0
 SOFT_SHIFT_MM = 8.0
 """Standard deviations of the soft tissue's own motion: it stands for all that the model cannot follow."""
 
 BONE_GAIN = (0.7, 1.3)
 SOFT_GAIN = (0.6, 1.4)
-"""Attenuation of each bone and of soft tissue, relative to the CT (another energy, another day)."""
+"""Attenuation of each bone and of soft tissue, relative to the CT (another tube voltage, other tissue)."""
 
 ABSENT_SHARE = 0.05
 """How often a bone other than the anchor is left out."""
@@ -31,10 +31,23 @@ ABSENT_SHARE = 0.05
 
 @dataclass(frozen=True)
 class PosedScene:
-    """The CT's parts at one resolution; small, and fit to be handed to another process.
+    """The CT's parts at one resolution; small enough to be sent to another process.
 
-    bodies: one per structure; soft: soft tissue with the bones filled in; anchor: index; chain: (bone, the bone that
-    carries it or -1, (3,) pivot LPS mm), carriers first; size_mm: of voxels and steps; centre: (3,) the anchor's.
+    Attributes
+    ----------
+    bodies : tuple[Body, ...]
+        One per structure.
+    soft : Body
+        Soft tissue with the bones filled in.
+    anchor : int
+        Its index among the structures.
+    chain : tuple[tuple[int, int, np.ndarray], ...]
+        (bone, the bone that carries it or -1, pivot (3,) LPS mm), carriers first.
+    size_mm : float
+        Of voxels, and of steps along the rays.
+    centre : (3,) array
+        The anchor's, LPS mm.
+
     """
 
     bodies: tuple[Body, ...]
@@ -59,14 +72,25 @@ class PosedScene:
     def render(
         self, camera: Camera, poses: np.ndarray, gains: np.ndarray, soft_pose: np.ndarray, backend: Backend
     ) -> np.ndarray:
-        """(H, W) float32 line integrals.
+        """Render a posture.
 
-        Args:
-            camera: the view.
-            poses: (K, 4, 4) fixed to moving.
-            gains: (K + 1,) factors of the bones and, last, of soft tissue.
-            soft_pose: (4, 4) fixed to moving, of soft tissue.
-            backend: renders.
+        Parameters
+        ----------
+        camera : Camera
+            The view.
+        poses : (K, 4, 4) array
+            Fixed to moving.
+        gains : (K + 1,) array
+            Factors of the bones and, last, of soft tissue.
+        soft_pose : (4, 4) array
+            Fixed to moving, of soft tissue.
+        backend : Backend
+            What computes the line integrals.
+
+        Returns
+        -------
+        (H, W) array of float32
+            Line integrals.
 
         """
         image = np.zeros((camera.height, camera.width), np.float32)
@@ -84,7 +108,7 @@ class PosedScene:
         absent = rng.uniform(size=len(gains)) < ABSENT_SHARE
         absent[[self.anchor, -1]] = False
         gains[absent] = 0
-        soft = _moved(self.centre, rng, SOFT_TURN_DEG, SOFT_SHIFT_MM)
+        soft = _moved(self.centre, rng, SOFT_ROTATION_DEG, SOFT_SHIFT_MM)
         return self.render(camera, poses, gains, soft, backend)
 
 
@@ -112,15 +136,15 @@ def random_posture(
     """(count, 4, 4) fixed to moving; bones turn about their joints and take along what they carry."""
     forward = np.stack([np.eye(4)] * count)
     for bone, carrier, pivot in chain:
-        own = _moved(pivot, rng, TURN_DEG, SLIDE_MM)
+        own = _moved(pivot, rng, ROTATION_DEG, SLIDE_MM)
         forward[bone] = own if carrier < 0 else forward[carrier] @ own
     return np.linalg.inv(forward)
 
 
-def _moved(pivot: np.ndarray, rng: np.random.Generator, turn_deg: float, shift_mm: float) -> np.ndarray:
-    """(4, 4) normally distributed turn about ``pivot`` (3,) and shift; standard deviations per axis / sqrt(3)."""
+def _moved(pivot: np.ndarray, rng: np.random.Generator, rotation_deg: float, shift_mm: float) -> np.ndarray:
+    """(4, 4) normally distributed rotation about ``pivot`` (3,) and shift; standard deviations per axis / sqrt(3)."""
     motion = np.eye(4)
-    vector = rng.normal(size=3) * np.radians(turn_deg) / np.sqrt(3)
+    vector = rng.normal(size=3) * np.radians(rotation_deg) / np.sqrt(3)
     motion[:3, :3] = Rotation.from_rotvec(vector).as_matrix()
     motion[:3, 3] = pivot + rng.normal(size=3) * shift_mm / np.sqrt(3) - motion[:3, :3] @ pivot
     return motion

@@ -1,4 +1,4 @@
-"""Domain randomisation: what a rendering lacks of a real X-ray, drawn at random and generously."""
+"""Domain randomisation: what a rendering lacks of a real X-ray, drawn at random over wide ranges."""
 
 from __future__ import annotations
 
@@ -25,8 +25,25 @@ def randomised(
 ) -> tuple[np.ndarray, np.ndarray]:
     """A rendering (S, S) of line integrals as some detector might show it, and its mask.
 
-    Beam hardening, scatter, noise, blur and saturation (evaluation.xray_physics), a smooth veil, foreign bodies, an
-    unknown contrast curve, collimation and crops.
+    Beam hardening, scatter, noise, blur and saturation (:mod:`PolyPoseLib.simulation.xray_physics`), a smooth veil,
+    foreign bodies, an unknown contrast curve, collimation and crops.
+
+    Parameters
+    ----------
+    image : (S, S) array
+        Line integrals.
+    mask : (S, S) array of bool
+        Pixels that are known.
+    rng : np.random.Generator
+        The generator of every random number.
+
+    Returns
+    -------
+    (S, S) array of float32
+        The image as measured.
+    (S, S) array of bool
+        Pixels that count.
+
     """
     measured = measure(np.maximum(image + _foreign(image.shape, rng), 0), _physics(rng), rng)
     measured = _contrast(measured + _veil(image.shape, rng), rng)
@@ -34,7 +51,7 @@ def randomised(
 
 
 def _physics(rng: np.random.Generator) -> XrayPhysics:
-    """A random detector and exposure; few pixels stand for many, so they count many photons."""
+    """A random detector and exposure; one pixel stands for many of a detector, so it counts many photons."""
     return XrayPhysics(
         photons=10 ** rng.uniform(5.5, 7.5),
         scatter_to_primary=rng.uniform(0, 1.5),
@@ -49,7 +66,7 @@ def _physics(rng: np.random.Generator) -> XrayPhysics:
 def _veil(shape: tuple[int, int], rng: np.random.Generator) -> np.ndarray:
     """A smooth random field: 4 x 4 normal numbers, interpolated."""
     coarse = rng.normal(size=(4, 4)) * VEIL * rng.uniform()
-    return zoom(coarse, np.array(shape) / 4, order=3, mode="nearest", grid_mode=True)
+    return np.asarray(zoom(coarse, np.array(shape) / 4, order=3, mode="nearest", grid_mode=True))
 
 
 def _foreign(shape: tuple[int, int], rng: np.random.Generator) -> np.ndarray:

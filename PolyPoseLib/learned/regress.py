@@ -1,4 +1,4 @@
-"""First cameras of an X-ray by a trained regressor."""
+"""Initial cameras of an X-ray from a trained regressor."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from PolyPoseLib.learned.camera_model import CameraModel
 from PolyPoseLib.learned.network_input import network_input
 from PolyPoseLib.similarity.torch_threads import one_torch_thread
 
-TURNS_RAD = (
+ROTATIONS_RAD = (
     (0.0, 0.0, 0.0),
     (0.0, 0.0, 0.12),
     (0.0, 0.0, -0.12),
@@ -28,7 +28,7 @@ TURNS_RAD = (
     (0.0, 0.03, 0.0),
     (0.0, -0.03, 0.0),
 )
-"""Turns of the camera about its source under which the X-ray is looked at; each answer is turned back."""
+"""Rotations of the camera about its source under which the X-ray is evaluated; each prediction is rotated back."""
 
 MOST_VIEWS = 2
 """Standard views that are tried when the X-ray names none."""
@@ -37,8 +37,18 @@ MOST_VIEWS = 2
 class CameraRegressor:
     """A model, ready to predict the cameras of X-rays of the patient it was trained on.
 
-    model: from :func:`PolyPoseLib.io.camera_models.load_model`; anchor_centre: (3,) LPS mm. Raises InputError when
-    the model does not hold together or MONAI is missing.
+    Parameters
+    ----------
+    model : CameraModel
+        From :func:`PolyPoseLib.io.camera_models.load_model`.
+    anchor_centre : (3,) array
+        Centroid of the anchor, LPS mm.
+
+    Raises
+    ------
+    InputError
+        The model is inconsistent, or MONAI is missing.
+
     """
 
     def __init__(self, model: CameraModel, anchor_centre: np.ndarray) -> None:
@@ -60,14 +70,14 @@ class CameraRegressor:
         return wanted <= set(self.model.views.views)
 
     def predict(self, xray: Xray) -> list[Camera]:
-        """Cameras of an X-ray, likeliest first: for each standard view in question the mean over small turns.
+        """Cameras of an X-ray, likeliest first: for each possible standard view the mean over small rotations.
 
         Raises InputError when the X-ray's standard view is not one of the model's.
         """
         return [cameras[0] for cameras in self._predictions(xray)]
 
     def starts(self, xray: Xray) -> list[Camera]:
-        """Cameras to refine, likeliest first: those of :meth:`predict`, and every turn's own answer.
+        """Cameras to refine, likeliest first: those of :meth:`predict`, and each rotation's own prediction.
 
         Raises InputError when the X-ray's standard view is not one of the model's.
         """
@@ -75,8 +85,8 @@ class CameraRegressor:
         return [cameras[0] for cameras in found] + [each for cameras in found for each in cameras[1:]]
 
     def _predictions(self, xray: Xray) -> list[list[Camera]]:
-        """Per standard view the mean camera, followed by the answers under each turn."""
-        turns = np.stack([Rotation.from_rotvec(turn).as_matrix() for turn in TURNS_RAD])
+        """Per standard view the mean camera, followed by the predictions under each rotation."""
+        turns = np.stack([Rotation.from_rotvec(turn).as_matrix() for turn in ROTATIONS_RAD])
         detector, model = self.model.detector, self.model
         images = []
         for turn in turns:
@@ -84,9 +94,9 @@ class CameraRegressor:
             images.append(network_input(image, mask, detector, model.views.distance_mm))
         with torch.no_grad(), one_torch_thread():
             logits, codes = self.network(torch.from_numpy(np.stack(images)))
-        worth = logits.log_softmax(1).mean(0)
+        likelihood = logits.log_softmax(1).mean(0)
         back = torch.as_tensor(turns.transpose(0, 2, 1))
-        views = self._views(xray, worth)
+        views = self._views(xray, likelihood)
         cameras = []
         for view in views:
             turned = self._decode(codes[:, view].double(), view)
@@ -97,11 +107,11 @@ class CameraRegressor:
             )
         return cameras
 
-    def _views(self, xray: Xray, worth: torch.Tensor) -> Sequence[int]:
-        """Indices of the standard views in question, likeliest first."""
+    def _views(self, xray: Xray, likelihood: torch.Tensor) -> Sequence[int]:
+        """Indices of the possible standard views, likeliest first."""
         names = self.model.views.views
         if xray.standard_view is None:
-            return worth.argsort(descending=True)[:MOST_VIEWS].tolist()
+            return likelihood.argsort(descending=True)[:MOST_VIEWS].tolist()
         if xray.standard_view not in names:
             raise InputError(
                 f'X-ray "{xray.name}": its standard view {xray.standard_view} is not one of the camera model '

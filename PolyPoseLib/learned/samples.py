@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -23,8 +24,8 @@ from PolyPoseLib.rendering.select import select_backend
 TRAINING, VALIDATION = 0, 1
 """Streams of random numbers."""
 
-COPY_TURN_RAD = np.array([0.06, 0.06, 0.15])
-"""Largest turns of a copy's camera about its source: twice sideways, and about the axis."""
+COPY_ROTATION_RAD = np.array([0.06, 0.06, 0.15])
+"""Largest rotations of a copy's camera about its source: about both sides, and about the axis."""
 
 
 @dataclass(frozen=True)
@@ -40,16 +41,34 @@ class Batch:
 
     def tensors(self, device: str) -> tuple[Tensor, Tensor, Tensor]:
         """The three as tensors."""
-        return tuple(torch.from_numpy(each).to(device) for each in (self.images, self.extrinsics, self.views))
+        images, extrinsics, views = (
+            torch.from_numpy(each).to(device) for each in (self.images, self.extrinsics, self.views)
+        )
+        return images, extrinsics, views
 
 
 @dataclass(frozen=True)
 class Sampler:
     """Draws batches.
 
-    scene, views, detector: what is seen, from where, by what; seed: of everything; renderings: per batch; copies: of
-    each rendering, seen by cameras turned about their source, with contrast, noise and collimation of their own (a
-    copy costs a fraction of a rendering); kernel: of the renderer.
+    Attributes
+    ----------
+    scene : PosedScene
+        The CT's parts.
+    views : ViewRange
+        The cameras to draw.
+    detector : VirtualDetector
+        Of every image.
+    seed : int
+        Of every random number.
+    renderings : int
+        Per batch.
+    copies : int
+        Of each rendering, seen by cameras rotated about their source, each with its own contrast, noise and
+        collimation (a copy costs a fraction of a rendering).
+    kernel : {"auto", "numba", "torch"}
+        Of the renderer.
+
     """
 
     scene: PosedScene
@@ -77,7 +96,7 @@ class Sampler:
             turn = np.eye(4)
             image, mask = clean, np.ones(clean.shape, bool)
             if copy:
-                vector = rng.uniform(-1, 1, 3) * COPY_TURN_RAD
+                vector = rng.uniform(-1, 1, 3) * COPY_ROTATION_RAD
                 turn[:3, :3] = Rotation.from_rotvec(vector).as_matrix()
                 image, mask = self.detector.turned(clean, turn[:3, :3])
             image, mask = randomised(image, mask, rng)
@@ -120,11 +139,11 @@ def validation_batches(sampler: Sampler, batches: int) -> list[Batch]:
     return [sampler.draw(VALIDATION, number, backend) for number in range(batches)]
 
 
-def _as_it_is(batch: Batch) -> Batch:
-    """Nothing is to be put together."""
+def _as_it_is(batch: Any) -> Any:
+    """A batch is drawn as a whole: nothing is to be collated."""
     return batch
 
 
 def _leave_interrupts_to_the_parent(_worker: int) -> None:
-    """Ctrl+C ends the training, which ends its workers; they need not complain themselves."""
+    """Ctrl+C ends the training, which ends its workers; they need not print tracebacks themselves."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -19,7 +19,7 @@ from PolyPoseLib.learned.camera_model import CameraModel
 from PolyPoseLib.learned.detector import VirtualDetector
 from PolyPoseLib.learned.image_loss import ImageLoss
 from PolyPoseLib.learned.loss import geodesic_mm, projection_mm
-from PolyPoseLib.learned.network import Architecture, CameraNetwork
+from PolyPoseLib.learned.network import Architecture
 from PolyPoseLib.learned.posed_scene import PosedScene
 from PolyPoseLib.learned.samples import Batch, Sampler, training_batches, validation_batches
 from PolyPoseLib.learned.training_state import TrainingState
@@ -32,19 +32,52 @@ _LOG = logging.getLogger(__name__)
 
 STAGE = "training"
 WORST_MM = 100.0
-"""A validation error counts as this at most, so that single views do not rule."""
+"""A validation error counts as this at most, so that single views do not dominate."""
 
 
 @dataclass(frozen=True)
 class TrainingPlan:
     """How to train; the defaults suit two CPU cores and half an hour.
 
-    minutes: of wall time at most; steps: at most; side: pixels of the virtual detector; blocks, channels: of the
-    network; size_mm: voxels and steps of the renderings; renderings, copies: of a step; learning_rate: the largest;
-    validate_every: steps; validation_batches: of ``renderings`` views each; patience: validations without a better one
-    before the training ends early; geodesic_weight: against the projection error; image_weight, image_from,
-    image_views: weight of the image loss, share of the training from which it counts, and of how many views of a step;
-    workers: processes that render beside this one; threads: of the network; seed: of everything.
+    Attributes
+    ----------
+    minutes : float, optional
+        Longest wall time; no limit when None.
+    steps : int
+        Largest number of steps.
+    side : int
+        Pixels of the virtual detector.
+    blocks, channels : tuple[int, int, int, int]
+        Of the network.
+    size_mm : float
+        Voxels and steps of the renderings.
+    renderings, copies : int
+        Renderings of a step, and copies of each.
+    learning_rate : float
+        The largest one of the schedule.
+    validate_every : int
+        Steps between validations.
+    validation_batches : int
+        Batches of a validation, of `renderings` views each.
+    patience : int
+        Validations without a better one before the training ends early.
+    geodesic_weight : float
+        Of the geodesic, relative to the projection error.
+    image_weight : float
+        Of the image loss.
+    image_from : float
+        Share of the training from which the image loss counts.
+    image_views : int
+        Views of a step for which the image loss is computed.
+    workers : int
+        Processes that render, besides this one.
+    threads : int
+        CPU threads of the network.
+    device : {"cpu", "cuda"}
+        Of the network; renderings are made on the CPU.
+    seed : int
+        Of every random number.
+
     """
 
     minutes: float | None = 30.0
@@ -65,12 +98,13 @@ class TrainingPlan:
     image_views: int = 16
     workers: int = 0
     threads: int = 1
+    device: str = "cpu"
     seed: int = 0
 
     def identity(self) -> dict[str, Any]:
-        """What must not change between a checkpoint and its resumption: all but time, end and processes."""
+        """What must not change between a checkpoint and its resumption: all but time, device, end and processes."""
         kept = asdict(self)
-        for name in ("minutes", "steps", "workers", "threads", "patience"):
+        for name in ("minutes", "steps", "workers", "threads", "device", "patience"):
             del kept[name]
         return {name: list(value) if isinstance(value, tuple) else value for name, value in kept.items()}
 
@@ -81,34 +115,46 @@ def train(
     views: ViewRange,
     detector: VirtualDetector,
     plan: TrainingPlan,
-    device: str,
     monitor: Monitor,
     checkpoint: Callable[[dict[str, Any]], None] | None = None,
     resume_from: dict[str, Any] | None = None,
 ) -> CameraModel:
     """Train until the time is over, the steps are done, or the validation has not improved for long.
 
-    Args:
-        scene: the CT with its anchor.
-        fingerprint: of the CT (camera_model.ct_fingerprint), goes into the model.
-        views: cameras to train for.
-        detector: on which the network sees X-rays.
-        plan: how.
-        device: "cpu" or "cuda", of the network; renderings are made on the CPU.
-        monitor: progress and cancelling.
-        checkpoint: called with plain values and tensors after every validation.
-        resume_from: such values of an earlier run to go on from; the result is that of a training without
-            interruption.
+    Parameters
+    ----------
+    scene : Scene
+        The CT with its anchor.
+    fingerprint : str
+        Of the CT, by :func:`PolyPoseLib.learned.camera_model.ct_fingerprint`; goes into the model.
+    views : ViewRange
+        Cameras to train for.
+    detector : VirtualDetector
+        What X-rays are resampled to.
+    plan : TrainingPlan
+        How to train.
+    monitor : Monitor
+        Progress and cancelling.
+    checkpoint : Callable[[dict[str, Any]], None], optional
+        Called with plain values and tensors after every validation.
+    resume_from : dict[str, Any], optional
+        Such values of an earlier run to go on from; the result is that of a training without interruption.
 
-    Raises:
-        InputError: MONAI is missing, or the checkpoint belongs to another training.
-        CancelledError: the caller wanted to stop; the checkpoint remains.
+    Returns
+    -------
+    CameraModel
+        The weights of the smallest validation error.
+
+    Raises
+    ------
+    InputError
+        MONAI is missing, or the checkpoint belongs to another training.
+    CancelledError
+        The caller cancelled; the checkpoint remains.
 
     """
     with torch_threads(plan.threads):
-        return _train(
-            Trainer(scene, views, detector, plan, device), fingerprint, monitor, checkpoint, resume_from
-        )
+        return _train(Trainer(scene, views, detector, plan), fingerprint, monitor, checkpoint, resume_from)
 
 
 def _train(
@@ -142,10 +188,9 @@ def _train(
 class Trainer:
     """The network with its data; see :func:`train`."""
 
-    def __init__(
-        self, scene: Scene, views: ViewRange, detector: VirtualDetector, plan: TrainingPlan, device: str
-    ) -> None:
-        self.plan, self.device, self.last_mm = plan, device, float("nan")
+    def __init__(self, scene: Scene, views: ViewRange, detector: VirtualDetector, plan: TrainingPlan) -> None:
+        self.plan, self.last_mm = plan, float("nan")
+        self.device = device = plan.device
         self.half_tangent, self.depth_mm = detector.half_tangent, views.distance_mm
         architecture = Architecture(len(views.views), plan.blocks, plan.channels)
         self.state = TrainingState.new(architecture, plan.learning_rate, plan.seed, device)
@@ -171,19 +216,19 @@ class Trainer:
         return min(1.0, max(by_time, self.state.step / self.plan.steps))
 
     def run(self, validate: Callable[[], None], monitor: Monitor) -> None:
-        """Take steps until there is a reason to end."""
+        """Take steps until the plan's time, steps or patience run out."""
         state, plan = self.state, self.plan
         monitor.step(STAGE, int(1000 * self.share), 1000, None)
         batches = training_batches(self.sampler, state.step, plan.steps, plan.workers)
         waiting = next(batches, None)
-        state.began = time.monotonic()  # what it takes to get going does not count
+        state.began = time.monotonic()  # the start-up does not count
         while waiting is not None and self.share < 1 and state.stagnant < plan.patience:
             batch = waiting
             if state.bfloat16 is None:
                 state.bfloat16 = self._bfloat16_pays(batch.tensors(self.device)[0])
             self.step(batch)
-            told = "" if math.isnan(self.last_mm) else f" ({self.last_mm:.1f} mm)"
-            monitor.step(STAGE + told, int(1000 * self.share), 1000, None)
+            error = "" if math.isnan(self.last_mm) else f" ({self.last_mm:.1f} mm)"
+            monitor.step(STAGE + error, int(1000 * self.share), 1000, None)
             if state.step % plan.validate_every == 0 or self.share >= 1:
                 validate()
             waiting = next(batches, None) if self.share < 1 else None
@@ -218,8 +263,8 @@ class Trainer:
             loss = loss + torch.nn.functional.cross_entropy(logits, views)
         if self.image_loss is not None and self.share >= plan.image_from:
             some = slice(0, plan.image_views)
-            worth = self.image_loss(predicted[some], images[some, 1], images[some, 2])
-            loss = loss + plan.image_weight * worth.mean()
+            unlike = self.image_loss(predicted[some], images[some, 1], images[some, 2])
+            loss = loss + plan.image_weight * unlike.mean()
         return loss
 
     def validation_mm(self) -> float:
@@ -243,7 +288,7 @@ class Trainer:
             codes.double(), self.rotations[views], self.centre, self.half_tangent, self.depth_mm
         )
 
-    def _forward(self, network: CameraNetwork, images: Tensor) -> tuple[Tensor, Tensor]:
+    def _forward(self, network: torch.nn.Module, images: Tensor) -> tuple[Tensor, Tensor]:
         """The network's answer, in the precision that was found to be faster."""
         with torch.autocast(self.device, torch.bfloat16, enabled=bool(self.state.bfloat16)):
             return network(images)

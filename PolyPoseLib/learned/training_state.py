@@ -23,8 +23,13 @@ WEIGHT_DECAY = 1e-4
 class TrainingState:
     """network, average, optimizer: what is trained; step: done so far; earlier_seconds: used before a resumption.
 
-    best_mm, best: smallest validation error and the averaged weights that gave it; fruitless: validations since;
-    bfloat16: whether the network computes in that precision, None until it was tried.
+    Attributes
+    ----------
+    best_mm, best : float
+        Smallest validation error and the averaged weights that gave it; fruitless: validations since.
+    bfloat16 : bool, optional
+        Whether the network computes in that precision, None until it was tried.
+
     """
 
     network: CameraNetwork
@@ -43,7 +48,8 @@ class TrainingState:
         """Untrained; the weights follow from the seed."""
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
-            network = CameraNetwork(architecture).to(device, memory_format=torch.channels_last)
+            network = CameraNetwork(architecture).to(device)
+            network.to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
         average = AveragedModel(network, avg_fn=_averaged, use_buffers=True).eval()
         optimizer = torch.optim.AdamW(network.parameters(), lr=learning_rate, weight_decay=WEIGHT_DECAY)
         return cls(network, average, optimizer)
@@ -96,7 +102,7 @@ class TrainingState:
         self.began = time.monotonic()
 
 
-def _averaged(average: Tensor, now: Tensor, count: Tensor) -> Tensor:
+def _averaged(average: Tensor, now: Tensor, count: Tensor | int) -> Tensor:
     """Running average that forgets its beginning; counts are taken as they are."""
     if not now.is_floating_point():
         return now

@@ -23,15 +23,22 @@ ZOOM = 0.2
 """The distance from the source varies by this share."""
 
 DISTANCE_SHARE = 0.735
-"""Of the distance from source to detector, from the source to the anchor, where nothing tells it (750 of 1020 mm)."""
+"""From the source to the anchor, where unknown, as a share of the distance to the detector (750 of 1020 mm)."""
 
 
 @dataclass(frozen=True)
 class ViewRange:
     """Cameras around standard views.
 
-    views: names, at least one; distance_mm: nominal distance from the source to the anchor's neighbourhood;
-    angle_deg, offset_mm, zoom: how far cameras stray from that.
+    Attributes
+    ----------
+    views : tuple[str, ...]
+        Names, at least one.
+    distance_mm : float
+        Nominal distance from the source to the anchor's neighbourhood.
+    angle_deg, offset_mm, zoom : float
+        How far cameras stray from that.
+
     """
 
     views: tuple[str, ...]
@@ -59,7 +66,8 @@ class ViewRange:
     def of_xrays(cls, xrays: Sequence[Xray]) -> ViewRange:
         """The standard views that X-rays name, or all of them when one X-ray names none."""
         named = [xray.standard_view for xray in xrays]
-        views = tuple(STANDARD_VIEWS) if None in named else tuple(dict.fromkeys(named))
+        known = [name for name in named if name is not None]
+        views = tuple(dict.fromkeys(known)) if len(known) == len(named) else tuple(STANDARD_VIEWS)
         shares = [DISTANCE_SHARE * xray.source_to_detector_mm for xray in xrays]
         return cls(views, float(np.mean(shares)))
 

@@ -57,8 +57,9 @@ def _samples_of_ray(source, along, pixel, step_mm, near, far, low, high):
 
 
 @numba.njit(inline="always", fastmath=True)
-def _direction(row, column, corner, per_column, per_row):
+def _direction(row, column, rays):
     """Index units per mm of depth along the ray of a pixel."""
+    corner, per_column, per_row = rays.corner, rays.per_column, rays.per_row
     return (
         corner[0] + column * per_column[0] + row * per_row[0],
         corner[1] + column * per_column[1] + row * per_row[1],
@@ -132,11 +133,21 @@ def _displacement(field, at, next_j, next_k, fx, fy, fz):
 def depth_ranges(centres, half_edges, source, to_pixels, near, far):
     """Depths (mm) between which the rays of every tile of an image can meet any of some blocks.
 
-    centres: (M, 3) indices of the blocks' centres; half_edges: (3,) of the blocks; source: (3,); to_pixels: (3, 3)
-    takes a direction from the source, in indices, to (depth column, depth row, depth); near, far: (tile rows, tile
-    columns), overwritten; where no block projects, far is less than near.
-
     A tile's range holds all depths of every block whose bounds in the image touch it, hence all that its rays meet.
+
+    Parameters
+    ----------
+    centres
+        (M, 3) indices of the blocks' centres.
+    half_edges
+        (3,) of the blocks.
+    source
+        (3,).
+    to_pixels
+        (3, 3) takes a direction from the source, in indices, to (depth column, depth row, depth).
+    near, far
+        (tile rows, tile columns), overwritten; where no block projects, far is less than near.
+
     """
     near[:] = FARTHEST
     far[:] = -FARTHEST
@@ -171,15 +182,39 @@ def depth_ranges(centres, half_edges, source, to_pixels, near, far):
         far[:] = np.maximum(far, farthest_around)
 
 
+@numba.njit(inline="always", fastmath=True)
+def _march(row, column, rays, tile_depths, low, high):
+    """Samples of the ray of a pixel: their number, depth of the first and distance in depth, place and step (3 + 3).
+
+    tile_depths: (near, far) per tile of the image; low, high: (3,) box of indices.
+    """
+    start, end = tile_depths[0][row // TILE, column // TILE], tile_depths[1][row // TILE, column // TILE]
+    along = _direction(row, column, rays)
+    pixel = _place(row, column, rays.inverse_intrinsics)
+    count, s, ds = _samples_of_ray(rays.source, along, pixel, rays.step_mm, start, end, low, high)
+    x, sx = np.float32(rays.source[0] + s * along[0]), np.float32(ds * along[0])
+    y, sy = np.float32(rays.source[1] + s * along[1]), np.float32(ds * along[1])
+    z, sz = np.float32(rays.source[2] + s * along[2]), np.float32(ds * along[2])
+    return count, s, ds, x, y, z, sx, sy, sz
+
+
 @compiled(parallel=True, fastmath=True)
-def project(
-    volume, size, source, corner, per_column, per_row, inverse_intrinsics, step_mm, near, far, image
-):  # fmt: skip
+def project(volume, size, rays, near, far, image):
     """Line integrals of a trilinear volume by the midpoint rule.
 
-    volume: flat float32, zero on its border, of ``size`` (D, H, W); source, corner, per_column, per_row: (3,)
-    float64, so that a pixel (c, r) looks from ``source`` along ``corner + c per_column + r per_row`` (index units per
-    mm of depth); near, far: depths per tile of the image; image: (rows, columns) float32 of zeros, filled.
+    Parameters
+    ----------
+    volume
+        Flat float32, zero on its border.
+    size
+        (D, H, W) of the volume.
+    rays
+        :class:`PolyPoseLib.rendering.kernel_arguments.IndexRays`, in indices of the volume.
+    near, far
+        Depths (mm) per tile of the image, between which anything is to be seen.
+    image
+        (rows, columns) float32 of zeros, filled.
+
     """
     depth, height, width = size
     rows, columns = image.shape
@@ -188,55 +223,37 @@ def project(
     next_j, next_k = np.int32(width), np.int32(width * height)
     for row in numba.prange(rows):
         for column in range(columns):
-            start, end = near[row // TILE, column // TILE], far[row // TILE, column // TILE]
-            if end <= start:
-                continue
-            along = _direction(row, column, corner, per_column, per_row)
-            pixel = _place(row, column, inverse_intrinsics)
-            count, s, ds = _samples_of_ray(source, along, pixel, step_mm, start, end, low, high)
+            count, _s, _ds, x, y, z, sx, sy, sz = _march(row, column, rays, (near, far), low, high)
             total = np.float32(0.0)
-            x, sx = np.float32(source[0] + s * along[0]), np.float32(ds * along[0])
-            y, sy = np.float32(source[1] + s * along[1]), np.float32(ds * along[1])
-            z, sz = np.float32(source[2] + s * along[2]), np.float32(ds * along[2])
             for n in range(count):
                 m = np.float32(n)
                 i, fx = _cell(x + m * sx, last_i)
                 j, fy = _cell(y + m * sy, last_j)
                 k, fz = _cell(z + m * sz, last_k)
                 total += _value(volume, _flat_index(i, j, k, next_j, next_k), next_j, next_k, fx, fy, fz)
-            image[row, column] = total * np.float32(step_mm)
+            image[row, column] = total * np.float32(rays.step_mm)
 
 
 @compiled(parallel=True, fastmath=True)
-def project_with_moments(
-    volume, size, source, corner, per_column, per_row, inverse_intrinsics, step_mm, near, far, image, moments
-):  # fmt: skip
+def project_with_moments(volume, size, rays, near, far, image, moments):
     """As :func:`project`, with the moments from which the Jacobian of a rigid motion follows.
 
-    moments: (rows, columns, 6) float32 of zeros, receives the integral of the volume's gradient in index units (3)
-    and of depth times that gradient (3): a rigid motion displaces a point of the ray linearly in its depth, so these
-    six numbers give all six partial derivatives.
+    Into moments (rows, columns, 6), float32 of zeros, go the integral of the volume's gradient in index units (3) and
+    of depth times that gradient (3): a rigid motion displaces a point of the ray linearly in its depth, so these six
+    numbers give all six partial derivatives.
     """
     depth, height, width = size
     rows, columns = image.shape
     low, high = (0.0, 0.0, 0.0), (width - 1.0, height - 1.0, depth - 1.0)
     last_i, last_j, last_k = np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
     next_j, next_k = np.int32(width), np.int32(width * height)
-    weight = np.float32(step_mm)
+    weight = np.float32(rays.step_mm)
     for row in numba.prange(rows):
         for column in range(columns):
-            start, end = near[row // TILE, column // TILE], far[row // TILE, column // TILE]
-            if end <= start:
-                continue
-            along = _direction(row, column, corner, per_column, per_row)
-            pixel = _place(row, column, inverse_intrinsics)
-            count, s, ds = _samples_of_ray(source, along, pixel, step_mm, start, end, low, high)
+            count, s, ds, x, y, z, sx, sy, sz = _march(row, column, rays, (near, far), low, high)
             total = np.float32(0.0)
             gx, gy, gz = np.float32(0.0), np.float32(0.0), np.float32(0.0)
             hx, hy, hz = np.float32(0.0), np.float32(0.0), np.float32(0.0)
-            x, sx = np.float32(source[0] + s * along[0]), np.float32(ds * along[0])
-            y, sy = np.float32(source[1] + s * along[1]), np.float32(ds * along[1])
-            z, sz = np.float32(source[2] + s * along[2]), np.float32(ds * along[2])
             for n in range(count):
                 m = np.float32(n)
                 i, fx = _cell(x + m * sx, last_i)
@@ -264,14 +281,13 @@ def project_with_moments(
 
 @compiled(parallel=True, fastmath=True)
 def project_warped(
-    volume, size, field, field_size, grid_scale, grid_offset, low, high, source, corner, per_column, per_row,
-    inverse_intrinsics, step_mm, near, far, image,
+    volume, size, field, field_size, grid_scale, grid_offset, low, high, rays, near, far, image
 ):  # fmt: skip
     """As :func:`project`, of a volume that is warped by a field.
 
-    field: flat float32 displacements in the volume's index units, of ``field_size`` (d, h, w) times 3, on a grid whose
-    coordinate is ``index * grid_scale + grid_offset`` (3,) each; low, high: (3,) index box to which rays are clipped.
-    Beyond the grid the nearest displacement is taken.
+    The field is flat float32 displacements in the volume's index units, of field_size (d, h, w) times 3, on a grid
+    whose coordinate is index * grid_scale + grid_offset (3,) each; beyond the grid the nearest displacement is taken.
+    Rays are clipped to the box of indices from low to high (3,).
     """
     depth, height, width = size
     nodes_k, nodes_j, nodes_i = field_size
@@ -303,16 +319,8 @@ def project_warped(
     node_j, node_k = np.int32(3 * nodes_i), np.int32(3 * nodes_i * nodes_j)
     for row in numba.prange(rows):
         for column in range(columns):
-            start, end = near[row // TILE, column // TILE], far[row // TILE, column // TILE]
-            if end <= start:
-                continue
-            along = _direction(row, column, corner, per_column, per_row)
-            pixel = _place(row, column, inverse_intrinsics)
-            count, s, ds = _samples_of_ray(source, along, pixel, step_mm, start, end, low, high)
+            count, _s, _ds, x, y, z, sx, sy, sz = _march(row, column, rays, (near, far), low, high)
             total = zero
-            x, sx = np.float32(source[0] + s * along[0]), np.float32(ds * along[0])
-            y, sy = np.float32(source[1] + s * along[1]), np.float32(ds * along[1])
-            z, sz = np.float32(source[2] + s * along[2]), np.float32(ds * along[2])
             for n in range(count):
                 m = np.float32(n)
                 px, py, pz = x + m * sx, y + m * sy, z + m * sz
@@ -329,4 +337,4 @@ def project_warped(
                 k, fz = _cell(pz, last_k)
                 value = _value(volume, _flat_index(i, j, k, next_j, next_k), next_j, next_k, fx, fy, fz)
                 total += value if inside else zero
-            image[row, column] = total * np.float32(step_mm)
+            image[row, column] = total * np.float32(rays.step_mm)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from PolyPoseLib.rendering.backend import IndexField, IndexRays
+from PolyPoseLib.rendering.backend import IndexField
+from PolyPoseLib.rendering.kernel_arguments import IndexRays
 from PolyPoseLib.rendering.occupancy import OccupiedBlocks
 
 _MOST_VALUES = 2**31 - 1
@@ -16,45 +17,33 @@ class NumbaBackend:
     name = "numba"
 
     def project(
-        self,
-        voxels: np.ndarray,
-        rays: IndexRays,
-        step_mm: float,
-        shape: tuple[int, int],
-        moments: bool,
-        occupied: OccupiedBlocks | None = None,
+        self, voxels: np.ndarray, rays: IndexRays, moments: bool, occupied: OccupiedBlocks | None = None
     ) -> tuple[np.ndarray, np.ndarray | None]:
-        """See :class:`Backend`."""
+        """See :class:`PolyPoseLib.rendering.backend.Backend`."""
         from PolyPoseLib.rendering import kernels
 
-        near, far = _depth_ranges(occupied, np.zeros(3), rays, shape)
-        image = np.zeros(shape, np.float32)
-        arguments = (_flat(voxels), voxels.shape, *_rays(rays), float(step_mm), near, far, image)
+        near, far = _depth_ranges(occupied, np.zeros(3), rays)
+        image = np.zeros(rays.shape, np.float32)
+        volume, size = _flat(voxels), voxels.shape
         if not moments:
-            kernels.project(*arguments)
+            kernels.project(volume, size, rays, near, far, image)
             return image, None
-        sums = np.zeros((*shape, 6), np.float32)
-        kernels.project_with_moments(*arguments, sums)
+        sums = np.zeros((*rays.shape, 6), np.float32)
+        kernels.project_with_moments(volume, size, rays, near, far, image, sums)
         return image, sums
 
     def project_warped(
-        self,
-        voxels: np.ndarray,
-        field: IndexField,
-        rays: IndexRays,
-        step_mm: float,
-        shape: tuple[int, int],
-        occupied: OccupiedBlocks | None = None,
+        self, voxels: np.ndarray, field: IndexField, rays: IndexRays, occupied: OccupiedBlocks | None = None
     ) -> np.ndarray:
-        """See :class:`Backend`."""
+        """See :class:`PolyPoseLib.rendering.backend.Backend`."""
         from PolyPoseLib.rendering import kernels
 
         reach = np.abs(field.vectors).reshape(-1, 3).max(axis=0)
-        near, far = _depth_ranges(occupied, reach, rays, shape)
-        image = np.zeros(shape, np.float32)
+        near, far = _depth_ranges(occupied, reach, rays)
+        image = np.zeros(rays.shape, np.float32)
         kernels.project_warped(
             _flat(voxels), voxels.shape, _flat(field.vectors), field.vectors.shape[:3], field.scale, field.offset,
-            tuple(field.low), tuple(field.high), *_rays(rays), float(step_mm), near, far, image,
+            tuple(field.low), tuple(field.high), rays, near, far, image,
         )  # fmt: skip
         return image
 
@@ -72,13 +61,8 @@ def _flat(values: np.ndarray) -> np.ndarray:
     return np.require(values, np.float32, ["C", "W"]).reshape(-1)
 
 
-def _rays(rays: IndexRays) -> tuple[np.ndarray, ...]:
-    """The rays in the kernels' order of arguments."""
-    return rays.source, rays.corner, rays.per_column, rays.per_row, rays.inverse_intrinsics
-
-
 def _depth_ranges(
-    occupied: OccupiedBlocks | None, reach: np.ndarray, rays: IndexRays, shape: tuple[int, int]
+    occupied: OccupiedBlocks | None, reach: np.ndarray, rays: IndexRays
 ) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest depth (mm) per tile of the image at which a ray may meet an occupied block.
 
@@ -86,7 +70,7 @@ def _depth_ranges(
     """
     from PolyPoseLib.rendering import kernels
 
-    tiles = tuple(-(-size // kernels.TILE) for size in shape)
+    tiles = tuple(-(-size // kernels.TILE) for size in rays.shape)
     near, far = np.zeros(tiles), np.full(tiles, kernels.FARTHEST)
     directions = np.stack([rays.per_column, rays.per_row, rays.corner], axis=1)
     # What is not a number must not be hidden by an empty image.

@@ -17,7 +17,13 @@ MOST_BLOCKS = 4096
 class OccupiedBlocks:
     """Cubes in voxel indices (i, j, k) outside of which the trilinear interpolant of a volume is zero.
 
-    centres: (M, 3) float64; half_edge: half the edge of each, in voxels.
+    Attributes
+    ----------
+    centres : (M, 3) array of float64
+        Indices (i, j, k) of their centres.
+    half_edge : float
+        Half the edge of each, in voxels.
+
     """
 
     centres: np.ndarray
@@ -25,7 +31,7 @@ class OccupiedBlocks:
 
 
 def occupied_blocks(voxels: np.ndarray) -> OccupiedBlocks:
-    """Blocks of ``voxels`` (D, H, W) in which the interpolant is anywhere other than zero.
+    """Blocks of voxels (D, H, W) in which the interpolant is anywhere other than zero.
 
     Blocks share their faces: one that begins at index 4 and is 4 wide depends on the voxels from 4 to 8.
     """

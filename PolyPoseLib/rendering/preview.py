@@ -21,7 +21,7 @@ _AT_REST = np.eye(4)
 
 
 class PreviewRenderer:
-    """Renders one CT through any camera; the CT is kept as small as review size needs."""
+    """Renders one CT through any camera; the CT is kept at the resolution that review size needs."""
 
     def __init__(
         self, ct: Volume, voxel_mm: float = VOXEL_MM, step_mm: float = STEP_MM, backend: Backend | None = None

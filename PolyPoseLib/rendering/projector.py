@@ -30,27 +30,39 @@ def render(
     step_mm: float | None = None,
     chunk_samples: int = CHUNK_SAMPLES,
 ) -> Tensor:
-    """Line integrals of a volume along the rays of every pixel of every view.
+    """Digitally reconstructed radiographs: line integrals along the rays of every pixel of every view.
 
     Differentiable once in the volume, the intrinsics and the extrinsics. On the CPU the same input gives the
     same bits; on CUDA the gradient of the volume sums in no fixed order.
 
-    Args:
-        volume: (D, H, W) attenuation in 1/mm, float32 or float64; the images share its dtype and device.
-        affine: (4, 4), homogeneous voxel index (i, j, k) to LPS mm, oblique and left-handed ones included.
-        intrinsics: (B, 3, 3) px, or one (3, 3) for all views; see geometry.camera.
-        extrinsics: (B, 4, 4), world LPS mm to camera mm; rays are set up in float64.
-        height: rows of the images.
-        width: columns of the images.
-        step_mm: longest distance between samples in mm; each ray is divided evenly. The smallest voxel
-            spacing when None.
-        chunk_samples: samples in memory at a time (see CHUNK_SAMPLES).
+    Parameters
+    ----------
+    volume : (D, H, W) Tensor
+        Attenuation in 1/mm, float32 or float64; the images share its dtype and device.
+    affine : (4, 4) Tensor
+        Homogeneous voxel index (i, j, k) to LPS mm, oblique and left-handed ones included.
+    intrinsics : (B, 3, 3) Tensor
+        px, or one (3, 3) for all views; see :mod:`PolyPoseLib.geometry.camera`.
+    extrinsics : (B, 4, 4) Tensor
+        World LPS mm to camera mm; rays are set up in float64.
+    height : int
+        Rows of the images.
+    width : int
+        Columns of the images.
+    step_mm : float, optional
+        Longest distance between samples in mm; each ray is divided evenly. The smallest voxel spacing when None.
+    chunk_samples : int
+        Samples in memory at a time (see CHUNK_SAMPLES).
 
-    Returns:
-        (B, height, width) line integrals, no unit.
+    Returns
+    -------
+    (B, height, width) Tensor
+        Line integrals, no unit.
 
-    Raises:
-        ValueError: a wrong shape or dtype, or a step that is not above 0.
+    Raises
+    ------
+    ValueError
+        A wrong shape or dtype, or a step that is not above 0.
 
     """
     _require_valid(volume, intrinsics, extrinsics, step_mm)
@@ -60,7 +72,7 @@ def render(
     )
     views = len(extrinsics)
     rays = pixel_rays(affine, intrinsics.expand(views, 3, 3), extrinsics, height, width)
-    enter, leave = cross_box(rays, tuple(volume.shape))
+    enter, leave = cross_box(rays, volume.shape)
     step = step_mm or float(affine[:3, :3].norm(dim=0).min())
     counts = torch.ceil((leave - enter).detach() * rays.mm_per_depth.detach() / step - 1e-9).long()
     hit = counts.nonzero()[:, 0]
@@ -95,13 +107,12 @@ class _LineIntegral(torch.autograd.Function):
 
     @staticmethod
     @once_differentiable
-    def backward(ctx, gradient):
+    def backward(ctx, *gradients):  # pyright: ignore[reportIncompatibleMethodOverride]
         """Differentiate chunk by chunk."""
+        (gradient,) = gradients
         *inputs, counts = ctx.saved_tensors
         needed = [index for index in range(5) if ctx.needs_input_grad[index]]
-        totals = [
-            torch.zeros_like(tensor) if index in needed else None for index, tensor in enumerate(inputs)
-        ]
+        totals = {index: torch.zeros_like(inputs[index]) for index in needed}
         for rays in _chunks(counts, ctx.chunk_samples):
             with torch.enable_grad():
                 part = [
@@ -110,14 +121,15 @@ class _LineIntegral(torch.autograd.Function):
                 ]
                 for index in needed:
                     part[index].requires_grad_()
-                sums = _integrate(*part, counts[rays])
+                volume, origins, directions, enter, leave = part
+                sums = _integrate(volume, origins, directions, enter, leave, counts[rays])
                 found = torch.autograd.grad(sums, [part[index] for index in needed], gradient[rays])
             for index, value in zip(needed, found, strict=True):
                 if index == 0:
                     totals[0] += value
                 else:
                     totals[index][rays] = value
-        return (*totals, None, None)
+        return (*(totals.get(index) for index in range(5)), None, None)
 
 
 def _integrate(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,10 +14,14 @@ from torch import Tensor
 class Rays:
     """One straight ray per pixel, x(t) = origin + t direction in voxel indices (i, j, k), t in mm of depth.
 
-    Attributes:
-        origins: (R, 3), the sources.
-        directions: (R, 3), indices per mm of depth.
-        mm_per_depth: (R,), length of the ray in mm per mm of depth, 1 at the principal point.
+    Attributes
+    ----------
+    origins : (R, 3) Tensor
+        The sources.
+    directions : (R, 3) Tensor
+        Indices per mm of depth.
+    mm_per_depth : (R,) Tensor
+        Length of the ray in mm per mm of depth, 1 at the principal point.
 
     """
 
@@ -35,15 +40,23 @@ class Crossing(NamedTuple):
 def pixel_rays(affine: Tensor, intrinsics: Tensor, extrinsics: Tensor, height: int, width: int) -> Rays:
     """Rays from the source through every pixel's centre, differentiable in all three matrices.
 
-    Args:
-        affine: (4, 4), homogeneous voxel index (i, j, k) to LPS mm, of either handedness.
-        intrinsics: (B, 3, 3) px, see geometry.camera.
-        extrinsics: (B, 4, 4), world LPS mm to camera mm.
-        height: rows of the images.
-        width: columns of the images.
+    Parameters
+    ----------
+    affine : (4, 4) Tensor
+        Homogeneous voxel index (i, j, k) to LPS mm, of either handedness.
+    intrinsics : (B, 3, 3) Tensor
+        px, see :mod:`PolyPoseLib.geometry.camera`.
+    extrinsics : (B, 4, 4) Tensor
+        World LPS mm to camera mm.
+    height : int
+        Rows of the images.
+    width : int
+        Columns of the images.
 
-    Returns:
-        Rays of R = B x height x width pixels in row-major order, in the matrices' dtype.
+    Returns
+    -------
+    Rays
+        R = B x height x width, pixels in row-major order, in the matrices' dtype.
 
     """
     options = {"dtype": intrinsics.dtype, "device": intrinsics.device}
@@ -64,18 +77,27 @@ def pixel_rays(affine: Tensor, intrinsics: Tensor, extrinsics: Tensor, height: i
     )
 
 
-def cross_box(rays: Rays, shape: tuple[int, int, int]) -> Crossing:
+def cross_box(rays: Rays, shape: Sequence[int]) -> Crossing:
     """Depths where rays cross the box of a volume's voxels, half a voxel beyond the outer centres.
 
     The slab method: the box is where three pairs of parallel planes overlap. Only the part in front of the
     source counts.
 
-    Args:
-        rays: R rays in voxel indices.
-        shape: voxels along (k, j, i).
+    Parameters
+    ----------
+    rays : Rays
+        R rays in voxel indices.
+    shape : Sequence[int]
+        Voxels along (k, j, i).
 
-    Returns:
-        Crossing of (R,) depths in mm, 0 <= enter <= leave.
+    Returns
+    -------
+    Crossing
+        (R,) depths in mm, 0 <= enter <= leave.
+
+    References
+    ----------
+    T. Kay and J. Kajiya, "Ray tracing complex scenes", SIGGRAPH 1986.
 
     """
     size = rays.origins.new_tensor(shape[::-1])

@@ -14,7 +14,8 @@ import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.rigid import rigid_inverse
-from PolyPoseLib.rendering.backend import Backend, IndexRays
+from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.rendering.kernel_arguments import IndexRays
 from PolyPoseLib.rendering.occupancy import OccupiedBlocks, occupied_blocks
 
 Window = tuple[int, int, int, int]
@@ -30,8 +31,15 @@ def slices_of(window: Window) -> tuple[slice, slice]:
 class Body:
     """Attenuation of one rigid body.
 
-    voxels: (D, H, W) in 1/mm with a border of zeros, float32 and not to be written to; affine: (4, 4) index (i, j, k)
-    to moving LPS mm; centre: (3,) LPS mm, about which the pose is perturbed.
+    Attributes
+    ----------
+    voxels : (D, H, W) array
+        In 1/mm with a border of zeros, float32 and not to be written to.
+    affine : (4, 4) array
+        Index (i, j, k) to moving LPS mm.
+    centre : (3,) array
+        LPS mm, about which the pose is perturbed.
+
     """
 
     voxels: np.ndarray
@@ -64,7 +72,15 @@ class Body:
 class BodyProjection:
     """The part of an image that a body covers.
 
-    image: (h, w) line integrals inside ``window``; jacobian: (6, h, w) derivative by the pose's perturbation, or None.
+    Attributes
+    ----------
+    window : Window
+        The part.
+    image : (h, w) array
+        Line integrals inside the window.
+    jacobian : (6, h, w) array, optional
+        Derivative by the pose's perturbation, or None.
+
     """
 
     window: Window
@@ -100,25 +116,67 @@ def project_body(
     backend: Backend,
     jacobian: bool = False,
 ) -> BodyProjection:
-    """Render ``body`` under its pose, inside its own footprint only.
+    """Render a body under its pose, inside its own footprint only.
 
-    step_mm: distance of the samples along each ray.  Midpoint rule; the samples lie at fixed depths from the
-    source, so the image changes smoothly with the pose.
+    Midpoint rule; the samples lie at fixed depths from the source, so the image changes smoothly with the pose.
+
+    Parameters
+    ----------
+    body : Body
+        The body.
+    camera : Camera
+        Of the whole image.
+    fixed_to_moving : (4, 4) array
+        The body's pose, LPS mm.
+    step_mm : float
+        Distance of the samples along each ray.
+    backend : Backend
+        What computes the line integrals.
+    jacobian : bool
+        Compute the derivative by the pose's perturbation as well.
+
+    Returns
+    -------
+    BodyProjection
+        The image (no unit), and its derivative by rotation (1/rad) and translation (1/mm) when asked for.
+
     """
     window = footprint(body, camera, fixed_to_moving)
     rows, columns = window[1] - window[0], window[3] - window[2]
     if not rows or not columns:
         empty = np.zeros((6, rows, columns), np.float32) if jacobian else None
         return BodyProjection(window, np.zeros((rows, columns), np.float32), empty)
-    rays = index_rays(body, camera, fixed_to_moving, window)
-    image, moments = backend.project(body.voxels, rays, step_mm, (rows, columns), jacobian, body.occupied)
+    rays = index_rays(body, camera, fixed_to_moving, window, step_mm)
+    image, moments = backend.project(body.voxels, rays, jacobian, body.occupied)
     if moments is None:
         return BodyProjection(window, image, None)
     return BodyProjection(window, image, _jacobian(body, camera, fixed_to_moving, window, moments))
 
 
-def index_rays(body: Body, camera: Camera, fixed_to_moving: np.ndarray, window: Window) -> IndexRays:
-    """Rays of a window of the camera's image in the indices of a body under its pose."""
+def index_rays(
+    body: Body, camera: Camera, fixed_to_moving: np.ndarray, window: Window, step_mm: float
+) -> IndexRays:
+    """Rays of a window of the camera's image in the indices of a body under its pose.
+
+    Parameters
+    ----------
+    body : Body
+        The body.
+    camera : Camera
+        Of the whole image.
+    fixed_to_moving : (4, 4) array
+        The body's pose, LPS mm.
+    window : Window
+        The part of the image.
+    step_mm : float
+        Distance of the samples along each ray.
+
+    Returns
+    -------
+    IndexRays
+        In the indices (i, j, k) of the body's voxels.
+
+    """
     to_index = body.world_to_index @ fixed_to_moving
     rotation = camera.extrinsic[:3, :3]
     source = -rotation.T @ camera.extrinsic[:3, 3]
@@ -132,6 +190,9 @@ def index_rays(body: Body, camera: Camera, fixed_to_moving: np.ndarray, window: 
         directions[:, 0].copy(),
         directions[:, 1].copy(),
         inverse_intrinsics,
+        window[1] - window[0],
+        window[3] - window[2],
+        float(step_mm),
     )
 
 
@@ -151,8 +212,8 @@ def _jacobian(
     columns = np.arange(window[2], window[3])[None, :, None]
     directions = rotation @ camera.inverse_intrinsics
     direction = (directions[:, 2] + columns * directions[:, 0] + rows * directions[:, 1]).astype(np.float32)
-    turning = _cross(start.astype(np.float32), gradient) + _cross(direction, by_depth)
-    return np.ascontiguousarray(np.moveaxis(np.concatenate([turning, gradient], axis=-1), -1, 0))
+    by_rotation = _cross(start.astype(np.float32), gradient) + _cross(direction, by_depth)
+    return np.ascontiguousarray(np.moveaxis(np.concatenate([by_rotation, gradient], axis=-1), -1, 0))
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -2,13 +2,32 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.numba_backend import NumbaBackend
 
 
 def resolve_device(device: str) -> str:
-    """The device to use ("cpu" or "cuda"); raises InputError when CUDA is asked for but not there."""
+    """The device to use.
+
+    Parameters
+    ----------
+    device : {"auto", "cpu", "cuda"}
+        "auto" takes a CUDA device when there is one.
+
+    Returns
+    -------
+    str
+        "cpu" or "cuda".
+
+    Raises
+    ------
+    InputError
+        "cuda" is asked for, but torch finds none.
+
+    """
     if device == "cpu":
         return "cpu"
     import torch
@@ -23,14 +42,29 @@ def resolve_device(device: str) -> str:
 
 
 def select_backend(kernel: str = "auto", device: str = "cpu", threads: int | None = None) -> Backend:
-    """The backend for options ``kernel`` ("auto", "numba", "torch") and a resolved ``device``.
+    """The backend for a kernel and a device.
 
-    threads: CPU threads, None for all.  Raises InputError when numba is asked for but not installed.
+    Parameters
+    ----------
+    kernel : {"auto", "numba", "torch"}
+        "auto" takes numba on a CPU where it is installed, and torch otherwise.
+    device : {"cpu", "cuda"}
+        As :func:`resolve_device` returns it.
+    threads : int, optional
+        CPU threads, None for all.
+
+    Returns
+    -------
+    Backend
+        Ready to use.
+
+    Raises
+    ------
+    InputError
+        Numba is asked for but not installed.
+
     """
-    try:
-        import numba
-    except ImportError:
-        numba = None
+    numba = _numba()
     if kernel == "numba" and numba is None:
         raise InputError(
             'Option "kernel" is "numba", which is not installed: pip install numba, or give "auto".'
@@ -42,3 +76,12 @@ def select_backend(kernel: str = "auto", device: str = "cpu", threads: int | Non
     from PolyPoseLib.rendering.torch_backend import TorchBackend
 
     return TorchBackend(device)
+
+
+def _numba() -> Any:
+    """The module numba, None where it is not installed."""
+    try:
+        import numba
+    except ImportError:
+        return None
+    return numba

@@ -8,7 +8,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from PolyPoseLib.rendering.backend import IndexField, IndexRays
+from PolyPoseLib.rendering.backend import IndexField
+from PolyPoseLib.rendering.kernel_arguments import IndexRays
 from PolyPoseLib.rendering.occupancy import OccupiedBlocks
 
 SAMPLES_PER_CHUNK = 1 << 20
@@ -30,38 +31,26 @@ class TorchBackend:
         self._resident: dict[int, tuple[np.ndarray, Tensor]] = {}
 
     def project(
-        self,
-        voxels: np.ndarray,
-        rays: IndexRays,
-        step_mm: float,
-        shape: tuple[int, int],
-        moments: bool,
-        occupied: OccupiedBlocks | None = None,
+        self, voxels: np.ndarray, rays: IndexRays, moments: bool, occupied: OccupiedBlocks | None = None
     ) -> tuple[np.ndarray, np.ndarray | None]:
         """See :class:`PolyPoseLib.rendering.backend.Backend`."""
         volume = self._on_device(voxels)
         high = torch.tensor(voxels.shape[::-1], dtype=torch.float64, device=self.device) - 1
         lines, sums = [], []
-        for points, depth, inside in self._samples(rays, step_mm, shape, torch.zeros_like(high), high):
+        for points, depth, inside in self._samples(rays, torch.zeros_like(high), high):
             value, gradient = _interpolate(volume, points, moments)
             lines.append((value * inside).sum(1))
             if gradient is not None:
                 gradient = gradient * inside[..., None]
                 by_depth = (gradient * depth[..., None]).sum(1)
                 sums.append(torch.cat([gradient.sum(1), by_depth], dim=1))
-        image = (torch.cat(lines) * step_mm).reshape(shape).cpu().numpy()
+        image = (torch.cat(lines) * rays.step_mm).reshape(rays.shape).cpu().numpy()
         if not moments:
             return image, None
-        return image, (torch.cat(sums) * step_mm).reshape(*shape, 6).cpu().numpy()
+        return image, (torch.cat(sums) * rays.step_mm).reshape(*rays.shape, 6).cpu().numpy()
 
     def project_warped(
-        self,
-        voxels: np.ndarray,
-        field: IndexField,
-        rays: IndexRays,
-        step_mm: float,
-        shape: tuple[int, int],
-        occupied: OccupiedBlocks | None = None,
+        self, voxels: np.ndarray, field: IndexField, rays: IndexRays, occupied: OccupiedBlocks | None = None
     ) -> np.ndarray:
         """See :class:`PolyPoseLib.rendering.backend.Backend`."""
         volume = self._on_device(voxels)
@@ -73,14 +62,14 @@ class TorchBackend:
         top = torch.tensor(field.vectors.shape[2::-1], device=self.device) - 1.001
         end = torch.tensor(voxels.shape[::-1], device=self.device) - 1
         lines = []
-        for points, _, inside in self._samples(rays, step_mm, shape, low, high):
+        for points, _, inside in self._samples(rays, low, high):
             place = points * scale.float() + offset.float()
             place = torch.minimum(place.clamp(min=0), top.float())
             moved = points + _interpolate_vectors(vectors, place)
             within = inside * ((moved > 0) & (moved < end)).all(-1)
             value, _ = _interpolate(volume, torch.minimum(moved.clamp(min=0), end.float()), False)
             lines.append((value * within).sum(1))
-        return (torch.cat(lines) * step_mm).reshape(shape).cpu().numpy()
+        return (torch.cat(lines) * rays.step_mm).reshape(rays.shape).cpu().numpy()
 
     def _on_device(self, voxels: np.ndarray) -> Tensor:
         known = self._resident.get(id(voxels))
@@ -91,9 +80,7 @@ class TorchBackend:
             self._resident[id(voxels)] = known
         return known[1]
 
-    def _samples(
-        self, rays: IndexRays, step_mm: float, shape: tuple[int, int], low: Tensor, high: Tensor
-    ) -> Iterator[tuple[Tensor, Tensor, Tensor]]:
+    def _samples(self, rays: IndexRays, low: Tensor, high: Tensor) -> Iterator[tuple[Tensor, Tensor, Tensor]]:
         """Yield (rays, samples, 3) index points, their depth and whether they count, in chunks of rays."""
         to_device = {"dtype": torch.float64, "device": self.device}
         source, corner, per_column, per_row = (
@@ -101,12 +88,12 @@ class TorchBackend:
         )
         inverse = torch.as_tensor(rays.inverse_intrinsics, **to_device)
         row, column = torch.meshgrid(
-            torch.arange(shape[0], **to_device), torch.arange(shape[1], **to_device), indexing="ij"
+            torch.arange(rays.shape[0], **to_device), torch.arange(rays.shape[1], **to_device), indexing="ij"
         )
         row, column = row.reshape(-1, 1), column.reshape(-1, 1)
         direction = corner + column * per_column + row * per_row
         pixel = torch.cat([column, row, torch.ones_like(row)], dim=1) @ inverse.T
-        ds = step_mm / pixel.norm(dim=1)
+        ds = rays.step_mm / pixel.norm(dim=1)
         safe = torch.where(direction.abs() < 1e-12, torch.full_like(direction, 1e-12), direction)
         first, second = (low - source) / safe, (high - source) / safe
         near = torch.minimum(first, second).amax(1).clamp(min=0)

@@ -20,7 +20,15 @@ from PolyPoseLib.similarity.torch_threads import one_torch_thread
 def gmncc_curvature(image: np.ndarray, mask: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
     """Curvature (P, P) of 1 - gmNCC by P unknowns, positive semidefinite.
 
-    image: (H, W) rendering; mask: (H, W) bool, True = use; jacobian: (P, H, W) its derivative.
+    Parameters
+    ----------
+    image : (H, W) array
+        Rendering.
+    mask : (H, W) array of bool
+        True = use.
+    jacobian : (P, H, W) array
+        Its derivative.
+
     """
     with one_torch_thread():
         use = torch.as_tensor(mask)

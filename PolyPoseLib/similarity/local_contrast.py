@@ -22,9 +22,18 @@ def box_mean(images: np.ndarray, size: int) -> np.ndarray:
 class LocalContrast:
     """Local normalisation with a mask.
 
-    mask: (H, W) bool, pixels that count; size: odd patch width in pixels; floor: standard deviation (in line
-    integrals) below which a patch counts as flat, so that noise is not blown up; noise: standard deviation of the
-    X-ray's noise, a number or (H, W), which a rendering lacks: its patches are scaled as if it had it.
+    Parameters
+    ----------
+    mask : (H, W) array of bool
+        Pixels that count.
+    size : int
+        Odd patch width in pixels.
+    floor : float
+        Standard deviation (in line integrals) below which a patch counts as flat, so that noise is not blown up.
+    noise : np.ndarray | float
+        Standard deviation of the X-ray's noise, a number or (H, W), which a rendering lacks: its patches are
+        scaled as if it had it.
+
     """
 
     def __init__(self, mask: np.ndarray, size: int, floor: float, noise: np.ndarray | float = 0.0) -> None:
@@ -66,7 +75,11 @@ class LocalContrast:
     ) -> tuple[np.ndarray, tuple[int, int, int, int]]:
         """Derivative of the normalised image when the image changes by ``changes`` (C, h, w) inside ``window``.
 
-        Returns (C, h', w') and the window, grown by the patch, in which it is not zero.
+        Returns
+        -------
+        tuple[np.ndarray, tuple[int, int, int, int]]
+            (C, h', w') and the window, grown by the patch, in which it is not zero.
+
         """
         height, width = self.mask.shape
         grow = self.size // 2

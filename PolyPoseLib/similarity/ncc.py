@@ -23,16 +23,24 @@ _FLAT = 1e-20  # variance over squared mean that rounding alone can leave
 def ncc(a: Tensor, b: Tensor, mask: Tensor | None = None) -> Tensor:
     """Normalised cross-correlation (Pearson's r) over all pixels in use.
 
-    Args:
-        a: (B, H, W) images.
-        b: (B, H, W) images.
-        mask: (B, H, W) or (H, W) bool, True = use; all pixels when None.
+    Parameters
+    ----------
+    a : (B, H, W) Tensor
+        Images.
+    b : (B, H, W) Tensor
+        Images.
+    mask : (B, H, W) Tensor, optional
+        Or (H, W) bool, True = use; all pixels when None.
 
-    Returns:
-        (B,), from -1 to 1.
+    Returns
+    -------
+    (B,) Tensor
+        From -1 to 1.
 
-    Raises:
-        ValueError: shapes that do not fit.
+    Raises
+    ------
+    ValueError
+        Shapes that do not fit.
 
     """
     a, b, mask = _checked(a, b, mask)
@@ -46,17 +54,26 @@ def patch_ncc(a: Tensor, b: Tensor, size: int = 9, mask: Tensor | None = None) -
     A patch's score is cov(a, b) / sqrt((var a + f) (var b + f)) over its pixels in use, f = PATCH_FLOOR times
     the image's variance; a patch counts by its share of pixels in use.
 
-    Args:
-        a: (B, H, W) images.
-        b: (B, H, W) images.
-        size: side of the patches in pixels.
-        mask: (B, H, W) or (H, W) bool, True = use; all pixels when None.
+    Parameters
+    ----------
+    a : (B, H, W) Tensor
+        Images.
+    b : (B, H, W) Tensor
+        Images.
+    size : int
+        Side of the patches in pixels.
+    mask : (B, H, W) Tensor, optional
+        Or (H, W) bool, True = use; all pixels when None.
 
-    Returns:
-        (B,), from -1 to 1.
+    Returns
+    -------
+    (B,) Tensor
+        From -1 to 1.
 
-    Raises:
-        ValueError: shapes that do not fit, or an image smaller than a patch.
+    Raises
+    ------
+    ValueError
+        Shapes that do not fit, or an image smaller than a patch.
 
     """
     a, b, mask = _checked(a, b, mask)
@@ -69,17 +86,26 @@ def gradient_ncc(a: Tensor, b: Tensor, size: int = 11, mask: Tensor | None = Non
 
     Derivatives exist where the whole 3 x 3 neighbourhood lies inside the image and the mask.
 
-    Args:
-        a: (B, H, W) images.
-        b: (B, H, W) images.
-        size: side of the patches in pixels, on the image of derivatives (H - 2, W - 2).
-        mask: (B, H, W) or (H, W) bool, True = use; all pixels when None.
+    Parameters
+    ----------
+    a : (B, H, W) Tensor
+        Images.
+    b : (B, H, W) Tensor
+        Images.
+    size : int
+        Side of the patches in pixels, on the image of derivatives (H - 2, W - 2).
+    mask : (B, H, W) Tensor, optional
+        Or (H, W) bool, True = use; all pixels when None.
 
-    Returns:
-        (B,), from -1 to 1.
+    Returns
+    -------
+    (B,) Tensor
+        From -1 to 1.
 
-    Raises:
-        ValueError: shapes that do not fit, or an image smaller than a patch and the filter's border.
+    Raises
+    ------
+    ValueError
+        Shapes that do not fit, or an image smaller than a patch and the filter's border.
 
     """
     a, b, mask = _checked(a, b, mask)
@@ -92,16 +118,24 @@ def gmncc(a: Tensor, b: Tensor, mask: Tensor | None = None) -> Tensor:
 
     NCC is `ncc`, NCC_9 `patch_ncc` of 9 x 9 and gNCC_11 `gradient_ncc` of 11 x 11 pixels.
 
-    Args:
-        a: (B, H, W) images, 13 pixels or more a side.
-        b: (B, H, W) images.
-        mask: (B, H, W) or (H, W) bool, True = use; all pixels when None.
+    Parameters
+    ----------
+    a : (B, H, W) Tensor
+        Images, 13 pixels or more a side.
+    b : (B, H, W) Tensor
+        Images.
+    mask : (B, H, W) Tensor, optional
+        Or (H, W) bool, True = use; all pixels when None.
 
-    Returns:
-        (B,), from -1 to 1.
+    Returns
+    -------
+    (B,) Tensor
+        From -1 to 1.
 
-    Raises:
-        ValueError: shapes that do not fit, or images too small.
+    Raises
+    ------
+    ValueError
+        Shapes that do not fit, or images too small.
 
     """
     multiscale = 0.5 * (ncc(a, b, mask) + patch_ncc(a, b, 9, mask))

@@ -1,4 +1,4 @@
-"""How noisy an X-ray is, read off the X-ray itself."""
+"""The noise of an X-ray, estimated from the X-ray itself."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import numpy as np
 from scipy.ndimage import binary_erosion, correlate1d
 
 CLASSES = 24
-"""Levels of brightness that each have a noise of their own."""
+"""Classes of brightness, each with its own noise."""
 
 SECOND_DIFFERENCE = (1.0, -2.0, 1.0)
-"""Along rows and columns: anatomy passes badly, noise well (Immerkaer, Comput Vis Image Underst 64, 1996)."""
+"""Filter along rows and columns that suppresses anatomy and keeps noise."""
 
 _GAIN = float(np.sum(np.square(SECOND_DIFFERENCE)))
 """Standard deviation of white noise after both differences, over that before."""
@@ -22,13 +22,28 @@ _MOST_PIXELS = 200_000
 
 
 def noise_map(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Standard deviation of the noise at every pixel of ``image`` (H, W), float32, in its unit.
+    """Standard deviation of the noise at every pixel of an X-ray.
 
     X-ray noise depends on brightness, so that pixels are sorted into classes of it; in each, the median of the
-    second difference along rows and columns tells the noise (edges are few and do not reach the median).  Where
-    neighbouring pixels share their noise, as after smoothing, it comes out too small.
+    second difference along rows and columns gives the noise (edges are few and do not reach the median). Where
+    neighbouring pixels share their noise, as after smoothing, the estimate is too small.
 
-    mask: (H, W) bool, pixels that count; without enough of them the noise is taken to be zero.
+    Parameters
+    ----------
+    image : (H, W) array
+        The X-ray, any unit.
+    mask : (H, W) array of bool
+        Pixels that count; without enough of them the noise is taken to be zero.
+
+    Returns
+    -------
+    (H, W) array of float32
+        In the image's unit.
+
+    References
+    ----------
+    J. Immerkaer, "Fast noise variance estimation", Comput. Vis. Image Underst. 64, 1996.
+
     """
     difference = np.where(mask, image, 0).astype(np.float64)
     for axis in (0, 1):

@@ -1,6 +1,7 @@
 """Torch on one thread for small images: waiting for others costs more than it saves.
 
-Where numba and torch share one OpenMP runtime, numba's threads become torch's as well, whatever torch was told before.
+Where numba and torch share one OpenMP runtime, numba's number of threads becomes torch's as well, whatever torch was
+set to before.
 """
 
 from __future__ import annotations

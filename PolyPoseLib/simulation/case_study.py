@@ -1,4 +1,4 @@
-"""The study that a simulated case poses, in memory."""
+"""The study of a simulated case, in memory."""
 
 from __future__ import annotations
 
@@ -10,15 +10,28 @@ import numpy as np
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.simulation.simulate import SimulatedCase
+from PolyPoseLib.simulation.simulate import SOURCE_TO_DETECTOR_MM, SimulatedCase
 
 
 def case_to_study(
     case: SimulatedCase, options: Mapping[str, Any] | None = None, camera: str = "initial"
 ) -> Study:
-    """The study that a case poses, without any file.
+    """The study of a case, without any file.
 
-    camera: "initial" gives the perturbed cameras as a guess, "known" the true ones.
+    Parameters
+    ----------
+    case : SimulatedCase
+        Its CT, structures and X-rays are the study's.
+    options : Mapping[str, Any], optional
+        The study's options.
+    camera : {"initial", "known", "absent"}
+        "initial" gives the perturbed cameras as initial ones, "known" the true ones, "absent" none.
+
+    Returns
+    -------
+    Study
+        Ready to register.
+
     """
     return Study(
         ct=case.ct,
@@ -34,7 +47,7 @@ def _xray(case: SimulatedCase, number: int, camera: str) -> Xray:
     """One view of the case as an X-ray that was read."""
     given = given_camera(case, number, camera)
     image = case.images[number]
-    pitch = pixel_spacing(given, 1020.0)
+    pitch = pixel_spacing(given, SOURCE_TO_DETECTOR_MM)
     return Xray(
         image=image,
         mask=np.ones(image.shape, dtype=bool),
@@ -42,7 +55,7 @@ def _xray(case: SimulatedCase, number: int, camera: str) -> Xray:
         extrinsic=None if camera == "absent" else given.extrinsic,
         camera=camera,
         pixel_spacing_mm=pitch,
-        source_to_detector_mm=1020.0,
+        source_to_detector_mm=SOURCE_TO_DETECTOR_MM,
         name=f"view {number + 1}",
         provenance=("simulated",),
         warnings=(),
@@ -51,10 +64,11 @@ def _xray(case: SimulatedCase, number: int, camera: str) -> Xray:
 
 
 def given_camera(case: SimulatedCase, number: int, camera: str) -> Camera:
-    """What the study says of a camera."""
+    """The camera that the study states for a view."""
     return (case.cameras if camera == "known" else case.initial_cameras)[number]
 
 
 def pixel_spacing(camera: Camera, source_to_detector_mm: float) -> tuple[float, float]:
     """Pitch at the detector in mm, (between rows, between columns), that gives the camera's focal lengths."""
-    return tuple(float(source_to_detector_mm / camera.intrinsics[axis, axis]) for axis in (1, 0))
+    columns, rows = (float(source_to_detector_mm / camera.intrinsics[axis, axis]) for axis in (0, 1))
+    return rows, columns

@@ -1,14 +1,15 @@
 """Linear elasticity: soft tissue between rigidly moved bones as an elastic body with a free skin.
 
 The displacement is given at the bones; tissue in between is one isotropic, nearly incompressible material in
-equilibrium, air is a thousand times softer. Like :mod:`PolyPoseLib.simulation.harmonic` it shares nothing with the
-registration, and it differs from it where it matters: tissue around a bone turns with it as far as the skin.
+equilibrium, air is a thousand times softer. Like :mod:`PolyPoseLib.simulation.harmonic` it is independent of the
+registration's model, and it differs from it where it matters: tissue around a bone turns with it as far as the skin.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
+
+from PolyPoseLib.simulation.nearest import nearest_known
 
 POISSON = 0.45
 AIR_STIFFNESS = 1e-3
@@ -28,19 +29,31 @@ def solve_elastic(
     """Extend a displacement from the nodes where it is known to the whole grid.
 
     Trilinear finite elements of the size of the grid's cells, the change of volume integrated at their middles only
-    lest they lock (T. J. R. Hughes, "The Finite Element Method", section 4.4), conjugate gradients with Jacobi's
-    preconditioner.
+    to avoid locking; conjugate gradients with Jacobi's preconditioner.
 
-    Args:
-        values: (3, k, j, i) mm along the axes (i, j, k) of the grid, read at known nodes only.
-        known: (k, j, i) bool.
-        tissue: (k, j, i) bool, nodes in the body.
-        spacing: node distance along (k, j, i) in mm.
-        tolerance: residual relative to that of the start.
-        iterations: limit.
+    Parameters
+    ----------
+    values : (3, k, j, i) array
+        mm along the axes (i, j, k) of the grid, read at known nodes only.
+    known : (k, j, i) array of bool
+        Where the displacement is known.
+    tissue : (k, j, i) array of bool
+        Nodes in the body.
+    spacing : (3,) array
+        Node distance along (k, j, i) in mm.
+    tolerance : float
+        Residual relative to that of the initial field.
+    iterations : int
+        Limit of conjugate-gradient steps.
 
-    Returns:
-        (3, k, j, i) float32, equal to values where known; zero everywhere when nothing is known.
+    Returns
+    -------
+    (3, k, j, i) array of float32
+        Equal to values where known; zero everywhere when nothing is known.
+
+    References
+    ----------
+    T. Hughes, "The Finite Element Method", 2000, section 4.4.
 
     """
     if not known.any():
@@ -50,8 +63,7 @@ def solve_elastic(
     share = sum(body[_corner(corner, known.shape)].astype(np.float32) for corner in _CORNERS) / 8
     scale = np.where(share >= 0.5, 1.0, AIR_STIFFNESS)
     free = ~known
-    nearest = distance_transform_edt(free, sampling=spacing, return_distances=False, return_indices=True)
-    field = 0.5 * values[(slice(None), *nearest)].astype(np.float64)
+    field = 0.5 * values[(slice(None), *nearest_known(free, spacing))].astype(np.float64)
     field[:, known] = values[:, known]
     diagonal = _diagonal(stiffness, scale, known.shape)
     residual = -_forces(field, stiffness, scale) * free
@@ -75,7 +87,11 @@ def solve_elastic(
 def element_stiffness(spacing: np.ndarray) -> np.ndarray:
     """(24, 24) stiffness of one cell of Young's modulus 1: eight corners (k, j, i) with components along (i, j, k).
 
-    spacing: (3,) mm along (k, j, i).
+    Parameters
+    ----------
+    spacing : (3,) array
+        mm along (k, j, i).
+
     """
     volumetric = POISSON / ((1 + POISSON) * (1 - 2 * POISSON))
     shear = 1 / (2 * (1 + POISSON))

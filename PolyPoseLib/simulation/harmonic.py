@@ -1,11 +1,12 @@
 """Harmonic interpolation: soft tissue between rigidly moved bones as the solution of Laplace's equation.
 
 The displacement is given at the bones, has zero normal derivative at the box and is harmonic in between,
-which is a law of its own: it shares nothing with the registration's distance-weighted blending of rigid
-motions.
+which is independent of the registration's distance-weighted blending of rigid motions.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -22,18 +23,31 @@ def solve_laplace(
 ) -> np.ndarray:
     """Extend a vector field harmonically from the nodes where it is known to the whole grid.
 
-    Cascadic multigrid: solved on a coarse grid first, each solution being the next finer grid's start, with
-    conjugate gradients on every level (Bornemann and Deuflhard, Numerische Mathematik 75, 1996).
+    Cascadic multigrid: solved on a coarse grid first, each solution being the next finer grid's initial one, with
+    conjugate gradients on every level.
 
-    Args:
-        values: (C, k, j, i) float32, read at known nodes only.
-        known: (k, j, i) bool.
-        spacing: node distance along (k, j, i) in mm.
-        tolerance: residual relative to that of the field which is zero where unknown.
-        iterations: limit of conjugate-gradient steps per level, the coarsest excepted.
+    Parameters
+    ----------
+    values : (C, k, j, i) array of float32
+        Read at known nodes only.
+    known : (k, j, i) array of bool
+        Where the field is known.
+    spacing : (3,) array
+        Node distance along (k, j, i) in mm.
+    tolerance : float
+        Residual relative to that of the field which is zero where unknown.
+    iterations : int
+        Limit of conjugate-gradient steps per level, the coarsest excepted.
 
-    Returns:
-        (C, k, j, i) float32, equal to values where known; zero everywhere when nothing is known.
+    Returns
+    -------
+    (C, k, j, i) array of float32
+        Equal to values where known; zero everywhere when nothing is known.
+
+    References
+    ----------
+    F. Bornemann and P. Deuflhard, "The cascadic multigrid method for elliptic problems", Numerische Mathematik 75,
+    1996.
 
     """
     spacing = np.asarray(spacing, dtype=np.float64)
@@ -83,7 +97,7 @@ def _conjugate_gradient(
     return field
 
 
-def _negative_laplacian(field: np.ndarray, weights: tuple[float, float, float]) -> np.ndarray:
+def _negative_laplacian(field: np.ndarray, weights: Sequence[float]) -> np.ndarray:
     """Seven-point operator on (C, k, j, i), zero normal derivative at the faces; weights along (k, j, i)."""
     out = np.zeros_like(field)
     for axis, weight in enumerate(weights, start=1):
@@ -140,8 +154,19 @@ def interpolate_axis(field: np.ndarray, position: np.ndarray, axis: int) -> np.n
 def jacobian_determinants(vectors: np.ndarray, affine: np.ndarray) -> np.ndarray:
     """Determinants of the map x -> x + u(x) by central differences.
 
-    vectors: (k, j, i, 3) mm in world axes; affine: (4, 4) index (i, j, k) to mm. Returns (k, j, i).
+    Parameters
+    ----------
+    vectors : (k, j, i, 3) array
+        mm in world axes.
+    affine : (4, 4) array
+        Index (i, j, k) to mm.
+
+    Returns
+    -------
+    (k, j, i) array
+
     """
-    by_index = np.stack(np.gradient(vectors.astype(np.float32), axis=(2, 1, 0)), axis=-1)
+    single = vectors.astype(np.float32)
+    by_index = np.stack([np.gradient(single, axis=axis) for axis in (2, 1, 0)], axis=-1)
     gradient = by_index @ np.linalg.inv(affine[:3, :3]).astype(np.float32)
     return np.linalg.det(np.eye(3, dtype=np.float32) + gradient)

@@ -1,5 +1,4 @@
-"""Line integrals by another program than the product's renderer: ITK-RTK's Joseph projector, or a plain ray
-sum.
+"""Line integrals by another program than the product's renderer: ITK-RTK's Joseph projector, or a plain ray sum.
 
 Truth rendered by the renderer under test would hide its faults, so nothing of PolyPoseLib.rendering is used
 here.
@@ -7,8 +6,9 @@ here.
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.ndimage import map_coordinates
@@ -31,16 +31,31 @@ def rtk_available() -> bool:
 
 
 def project(attenuation: Volume, camera: Camera, projector: str = "auto") -> np.ndarray:
-    """Line integrals of the volume through every pixel, (H, W) float32, unitless.
+    """Line integrals of a volume along the ray of every pixel.
 
-    Args:
-        attenuation: 1/mm; zero outside its grid.
-        camera: without skew; the source must lie outside the volume and see all of it from the front.
-        projector: "rtk" (Joseph 1982, exact geometry), "sum" (trilinear ray sum at half the smallest spacing,
-            about twenty times slower) or "auto": the first that is installed.
+    Parameters
+    ----------
+    attenuation : Volume
+        1/mm; zero outside its grid.
+    camera : Camera
+        Without skew; the source must lie outside the volume and see all of it from the front.
+    projector : {"auto", "rtk", "sum"}
+        "rtk" is ITK-RTK's Joseph projector with exact geometry; "sum" a trilinear ray sum at half the smallest
+        spacing, about twenty times slower; "auto" the first of them that is installed.
 
-    Raises:
-        InputError: unknown projector, a camera with skew, or a source within the volume's depth.
+    Returns
+    -------
+    (H, W) array of float32
+        No unit.
+
+    Raises
+    ------
+    InputError
+        Unknown projector, a camera with skew, or a source within the volume's depth.
+
+    References
+    ----------
+    P. Joseph, "An improved algorithm for reprojecting rays through pixel images", IEEE TMI 1982.
 
     """
     if projector == "auto":
@@ -58,9 +73,8 @@ def project(attenuation: Volume, camera: Camera, projector: str = "auto") -> np.
 
 def _rtk(attenuation: Volume, camera: Camera) -> np.ndarray:
     """Joseph forward projection in a frame whose axes are the volume's."""
-    import itk
-    from itk import RTK as rtk
-
+    itk: Any = importlib.import_module("itk")
+    rtk = itk.RTK
     spacing = attenuation.spacing
     directions = attenuation.affine[:3, :3] / spacing
     if np.abs(directions.T @ directions - np.eye(3)).max() > 1e-4:

@@ -1,7 +1,6 @@
-"""Joints and motions: where each bone turns, and random postures that keep bones from running into each
-other.
+"""Joints and motions: about which point each bone turns, and random postures in which bones do not collide.
 
-Everything here works on label geometry alone and knows nothing of the registration's deformation model.
+Everything here works on the geometry of the labels alone, independently of the registration's deformation model.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.ndimage import find_objects
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.errors import InputError
@@ -84,8 +83,21 @@ _HEAD_RADIUS_MM = (12.0, 35.0)
 class JointMotion:
     """One bone's motion and the joint it turns about.
 
-    moving_to_fixed: (4, 4) LPS mm. joint: (3,) mm in the moving frame. rotation_deg and axis (3,) are those
-    at the joint, relative to the parent. overlap: share of the bone inside bones placed before it.
+    Attributes
+    ----------
+    parent : str
+        The bone on the other side of the joint.
+    joint : (3,) array
+        LPS mm in the moving frame.
+    rotation_deg : float
+        Rotation at the joint, relative to the parent.
+    axis : (3,) array
+        Its axis, LPS.
+    moving_to_fixed : (4, 4) array
+        LPS mm.
+    overlap : float
+        Share of the bone inside bones placed before it.
+
     """
 
     parent: str
@@ -97,7 +109,7 @@ class JointMotion:
 
 
 def bone_kind(name: str) -> str:
-    """The row of ROTATION_RANGE_DEG that a structure's name asks for; "other" when it says nothing."""
+    """The row of ROTATION_RANGE_DEG for a structure's name; "other" when none fits."""
     lowered = name.lower() + ("_" if name.lower().endswith("rib") else "")
     for kind, words in _WORDS:
         if any(word in lowered for word in words):
@@ -119,10 +131,7 @@ def apply(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def structure_points(structures: Structures, affine: np.ndarray) -> dict[str, np.ndarray]:
-    """Voxel centres (N, 3) in LPS mm of every structure.
-
-    Raises InputError when a structure has no voxel.
-    """
+    """Voxel centres (N, 3) in LPS mm of every structure; raises InputError when a structure has no voxel."""
     boxes = find_objects(structures.labels, max_label=len(structures.names))
     points = {}
     for number, (name, box) in enumerate(zip(structures.names, boxes, strict=True), start=1):
@@ -149,17 +158,30 @@ def draw_motions(
     a bone into bones placed before is drawn again, then shrunk. Structures of the spine bend together, 3
     degrees next to the anchor growing to at most 6 at the far end.
 
-    Args:
-        structures: labels on the CT's grid.
-        affine: (4, 4) index (i, j, k) to LPS mm of that grid.
-        anchor: the structure that stays.
-        rng: the source of every random number.
-        slide_mm: standard deviation per axis of an additional shift of the joint, which makes the
-            truth no pure rotation.
-        scale: factor on every rotation and shift (0 gives rest).
+    Parameters
+    ----------
+    structures : Structures
+        Labels on the CT's grid.
+    affine : (4, 4) array
+        Index (i, j, k) to LPS mm of that grid.
+    anchor : str
+        The structure that stays.
+    rng : np.random.Generator
+        The generator of every random number.
+    slide_mm : float
+        Standard deviation per axis of an additional shift of the joint, which makes the truth no pure rotation.
+    scale : float
+        Factor on every rotation and shift (0 gives rest).
 
-    Raises:
-        InputError: the anchor is not a structure, or a structure is empty.
+    Returns
+    -------
+    dict[str, JointMotion]
+        {structure: its motion}, the anchor's at rest included.
+
+    Raises
+    ------
+    InputError
+        The anchor is not a structure, or a structure is empty.
 
     """
     if anchor not in structures.names:
@@ -177,7 +199,7 @@ def draw_motions(
         joint = joint_centre(name, points[name], points[parent])
         few = _thin(points[name], 4000)
         shrink = 1.0
-        best = None
+        drawn: list[JointMotion] = []
         for attempt in range(60):
             if attempt >= 20:
                 shrink *= 0.9
@@ -187,11 +209,11 @@ def draw_motions(
             candidate = placed[parent] @ local
             overlap = sampler.overlap(few, candidate, placed)
             angle = float(np.degrees(np.linalg.norm(turn)) * shrink * scale)
-            if best is None or overlap < best.overlap:
-                axis = turn / max(np.linalg.norm(turn), 1e-12)
-                best = JointMotion(parent, joint, angle, axis, candidate, overlap)
+            axis = turn / max(np.linalg.norm(turn), 1e-12)
+            drawn.append(JointMotion(parent, joint, angle, axis, candidate, overlap))
             if overlap <= MAX_OVERLAP:
                 break
+        best = min(drawn, key=lambda motion: motion.overlap)
         placed[name] = best.moving_to_fixed
         motions[name] = best
     return motions
@@ -208,7 +230,7 @@ def joint_centre(name: str, bone: np.ndarray, parent: np.ndarray) -> np.ndarray:
         behind = parent[parent[:, 1] > np.median(bone[:, 1])]
         parent = behind if len(behind) else parent
     bone = _thin(bone, _MAX_POINTS)
-    distance, _ = cKDTree(_thin(parent, _MAX_POINTS)).query(bone)
+    distance, _ = KDTree(_thin(parent, _MAX_POINTS)).query(bone)
     contact = bone[distance < distance.min() + _CONTACT_BAND_MM]
     if any(word in name.lower() for word in ("femur", "humerus")):
         head = _sphere_centre(bone[distance < distance.min() + _HEAD_BAND_MM])
@@ -230,7 +252,7 @@ def _sphere_centre(points: np.ndarray) -> np.ndarray | None:
 def _parents(points: dict[str, np.ndarray], anchor: str) -> list[tuple[str, str]]:
     """Structures other than the anchor with their parents, parents first."""
     thin = {name: _thin(p, 3000) for name, p in points.items()}
-    trees = {name: cKDTree(p) for name, p in thin.items()}
+    trees = {name: KDTree(p) for name, p in thin.items()}
 
     def gap(a: str, b: str) -> float:
         return float(trees[b].query(thin[a])[0].min())
@@ -262,7 +284,7 @@ def _parents(points: dict[str, np.ndarray], anchor: str) -> list[tuple[str, str]
 
 
 def _turn(kind: str, rng: np.random.Generator) -> np.ndarray:
-    """A random rotation vector (3,) in radians of the size that the kind of bone asks for."""
+    """A random rotation vector (3,) in radians of the size that fits the kind of bone."""
     axis = rng.normal(size=3) * AXIS_WEIGHTS[kind]
     return np.radians(rng.uniform(*ROTATION_RANGE_DEG[kind])) * axis / np.linalg.norm(axis)
 

@@ -1,16 +1,19 @@
-"""The CT of the same patient in another posture: bones moved rigidly, soft tissue by a law of its own in between."""
+"""The CT of the same patient in another posture: bones moved rigidly, soft tissue by its own law in between."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import binary_opening, distance_transform_edt, find_objects, label, map_coordinates
+from scipy.ndimage import binary_opening, distance_transform_edt, find_objects, map_coordinates
 
+from PolyPoseLib.geometry.grid import connected_components
 from PolyPoseLib.simulation.elastic import solve_elastic
 from PolyPoseLib.simulation.harmonic import interpolate_axis, jacobian_determinants, solve_laplace
 from PolyPoseLib.simulation.motion import apply
+from PolyPoseLib.simulation.nearest import nearest_known
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.structures import Structures
@@ -26,8 +29,13 @@ _KNOWN_SHARE = 0.15
 class FixedGrid:
     """The CT's grid widened by whole voxels, and the coarser nodes of the soft field on it.
 
-    affine: (4, 4) index (i, j, k) to LPS mm of the widened grid. shape, pad and factor are (k, j, i): voxels,
-    voxels added at each end, and voxels between nodes. Node n sits on voxel n * factor.
+    Attributes
+    ----------
+    affine : (4, 4) array
+        Index (i, j, k) to LPS mm of the widened grid.
+    shape, pad, factor : tuple[int, int, int]
+        Along (k, j, i): voxels, voxels added at each end, and voxels between nodes. Node n sits on voxel n * factor.
+
     """
 
     affine: np.ndarray
@@ -39,16 +47,16 @@ class FixedGrid:
     def around(cls, ct: Volume, pad_mm: float, node_mm: float) -> FixedGrid:
         """Widen the CT's grid by pad_mm on every side with nodes about node_mm apart."""
         spacing = ct.spacing[::-1]
-        pad = tuple(int(np.ceil(pad_mm / s)) for s in spacing)
-        factor = tuple(max(1, round(node_mm / s)) for s in spacing)
+        pad = _three(int(np.ceil(pad_mm / s)) for s in spacing)
+        factor = _three(max(1, round(node_mm / s)) for s in spacing)
         affine = ct.affine.copy()
         affine[:3, 3] = ct.to_world(-np.array(pad[::-1], dtype=np.float64))
-        return cls(affine, tuple(n + 2 * p for n, p in zip(ct.shape, pad, strict=True)), pad, factor)
+        return cls(affine, _three(n + 2 * p for n, p in zip(ct.shape, pad, strict=True)), pad, factor)
 
     @property
     def node_shape(self) -> tuple[int, int, int]:
         """Nodes along (k, j, i); the last may lie past the last voxel."""
-        return tuple(-(-(n - 1) // f) + 1 for n, f in zip(self.shape, self.factor, strict=True))
+        return _three(-(-(n - 1) // f) + 1 for n, f in zip(self.shape, self.factor, strict=True))
 
     @property
     def node_affine(self) -> np.ndarray:
@@ -62,14 +70,33 @@ class FixedGrid:
         return array[tuple(slice(p, n - p) for p, n in zip(self.pad, self.shape, strict=True))]
 
 
+def _three(values: Iterable[int]) -> tuple[int, int, int]:
+    """Numbers along (k, j, i)."""
+    k, j, i = values
+    return k, j, i
+
+
 @dataclass(frozen=True)
 class PosedCt:
     """A CT in another posture.
 
-    hu: (k, j, i) float32 on grid. labels: (k, j, i) int16 structure numbers on grid. nodes: (3, k, j, i)
-    float32 displacement fixed -> moving in mm on the grid's nodes, rigid within bones. source_labels: (k,
-    j, i) of the full segmentation or None. overlap: {structure: share of its voxels given to another}.
-    folds_percent: share of nodes outside bones whose Jacobian determinant is <= 0.
+    Attributes
+    ----------
+    grid : FixedGrid
+        The grid of the fixed frame.
+    hu : (k, j, i) array of float32
+        On the grid.
+    labels : (k, j, i) array of int16
+        Structure numbers on the grid.
+    nodes : (3, k, j, i) array of float32
+        Displacement fixed -> moving in mm on the grid's nodes, rigid within bones.
+    source_labels : (k, j, i) array, optional
+        Labels of the full segmentation on the grid, when one was given.
+    overlap : dict[str, float]
+        {structure: share of its voxels given to another}.
+    folds_percent : float
+        Share of nodes outside bones whose Jacobian determinant is <= 0.
+
     """
 
     grid: FixedGrid
@@ -95,18 +122,31 @@ def pose_ct(
 
     A fixed voxel x belongs to bone k exactly when the moving label nearest to T_k x is k; there the CT is
     sampled at T_k x. Elsewhere it is sampled at x + u(x), u the soft tissue's between the bones; where that falls
-    into a bone, the surrounding soft tissue is put, so that no bone is seen twice.
+    into a bone, the surrounding soft tissue is taken, so that no bone is seen twice.
 
-    Args:
-        ct: Hounsfield units.
-        structures: labels on the CT's grid; where two bones meet, one that stays keeps the voxel, then the
-            earlier one.
-        fixed_to_moving: (4, 4) per structure, LPS mm; a structure that is missing stays.
-        source_labels: (k, j, i) integers on the CT's grid, moved likewise.
-        node_mm: distance of the nodes on which the soft tissue's equation is solved.
-        pad_mm: room around the CT's grid for anatomy that moves out of it.
-        ends: "cut" leaves air beyond the CT, "continued" repeats its end slices.
-        tissue: "harmonic" (evaluation.harmonic) or "elastic" (evaluation.elastic).
+    Parameters
+    ----------
+    ct : Volume
+        Hounsfield units.
+    structures : Structures
+        Labels on the CT's grid; where two bones meet, one that stays keeps the voxel, then the earlier one.
+    fixed_to_moving : dict[str, np.ndarray]
+        (4, 4) per structure, LPS mm; a structure that is missing stays.
+    source_labels : (k, j, i) array of integers, optional
+        On the CT's grid, moved likewise.
+    node_mm : float
+        Distance of the nodes on which the soft tissue's equation is solved.
+    pad_mm : float
+        Room around the CT's grid for anatomy that moves out of it.
+    ends : {"cut", "continued"}
+        "cut" leaves air beyond the CT, "continued" repeats its end slices.
+    tissue : {"harmonic", "elastic"}
+        Law of the soft tissue, see :mod:`PolyPoseLib.simulation.harmonic` and :mod:`PolyPoseLib.simulation.elastic`.
+
+    Returns
+    -------
+    PosedCt
+        On the CT's grid widened by pad_mm.
 
     """
     grid = FixedGrid.around(ct, pad_mm, node_mm)
@@ -164,7 +204,7 @@ def _soft_field(
 
 def _body(ct: Volume, grid: FixedGrid) -> np.ndarray:
     """(k, j, i) nodes in the body: the largest piece of the CT that is not air, as it lay in the CT."""
-    pieces, _count = label(binary_opening(ct.voxels > BODY_HU))
+    pieces, _count = connected_components(binary_opening(ct.voxels > BODY_HU))
     sizes = np.bincount(pieces.ravel())
     sizes[0] = 0
     body = (pieces == sizes.argmax()).astype(np.float32)
@@ -232,7 +272,7 @@ def _resample(
         if into_bone.any():
             at = index[:, into_bone] / np.array(grid.factor)[:, None]
             hu[k][into_bone[0]] = map_coordinates(fill, at, order=1, mode="nearest")
-        if moved is not None:
+        if source is not None and moved is not None:
             moved[k] = np.where(into_bone, 0, _nearest(source, index))[0]
     return hu, moved
 
@@ -241,9 +281,8 @@ def _soft_fill(ct: Volume, labels: np.ndarray, factor: tuple[int, int, int]) -> 
     """Soft tissue in the bones' place: every factor-th voxel, in bones that of the nearest outside."""
     step = tuple(slice(None, None, f) for f in factor)
     bone = labels[step] > 0
-    grown = bone | (distance_transform_edt(~bone, sampling=factor * ct.spacing[::-1]) < 2.5)
-    nearest = distance_transform_edt(grown, return_distances=False, return_indices=True)
-    return np.minimum(ct.voxels[step], 150)[tuple(nearest)].astype(np.float32)
+    grown = bone | (np.asarray(distance_transform_edt(~bone, sampling=factor * ct.spacing[::-1])) < 2.5)
+    return np.minimum(ct.voxels[step], 150)[nearest_known(grown)].astype(np.float32)
 
 
 def _slice_field(nodes: np.ndarray, k: int, grid: FixedGrid) -> np.ndarray:
@@ -253,7 +292,7 @@ def _slice_field(nodes: np.ndarray, k: int, grid: FixedGrid) -> np.ndarray:
     return interpolate_axis(field, np.arange(grid.shape[2]) / grid.factor[2], 2)
 
 
-def _affine_indices(matrix: np.ndarray, start: tuple[int, ...], stop: tuple[int, ...]) -> np.ndarray:
+def _affine_indices(matrix: np.ndarray, start: Iterable[int], stop: Iterable[int]) -> np.ndarray:
     """Map the indices [start, stop) in (k, j, i) by a (4, 4) on (i, j, k); gives (3, k, j, i)."""
     k, j, i = (np.arange(a, b, dtype=np.float64) for a, b in zip(start, stop, strict=True))
     rows = [

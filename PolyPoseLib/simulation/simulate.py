@@ -1,6 +1,6 @@
 """Cases with a known truth: a CT whose bones were moved, X-rays of it, and cameras known only roughly.
 
-The truth shares nothing with the registration: bones move exactly rigidly about their joints, soft tissue
+The truth shares no model with the registration: bones move exactly rigidly about their joints, soft tissue
 follows Laplace's equation or that of elasticity, another program projects, and a detector model adds noise,
 scatter, saturation and rounding.
 """
@@ -30,17 +30,37 @@ if TYPE_CHECKING:
 
 INITIAL_ROTATION_DEG = 4.0
 INITIAL_TRANSLATION_MM = 15.0
+"""Error of the initial cameras."""
+
+SOURCE_TO_DETECTOR_MM = 1020.0
+"""Distance from the source to the detector of a common C-arm."""
 
 
 @dataclass(frozen=True)
 class SimulationOptions:
     """How a case is made; lengths in mm.
 
-    node_mm: grid of the soft field. pad_mm: room around the CT for anatomy that moves out of it. ends:
-    "cut" or "continued" (the end slices go on beyond the CT). slide_mm: random shift of joints.
-    motion_scale: factor on drawn motions. rotation_deg, translation_mm: error of the initial cameras.
-    projector: "auto", "rtk" or "sum". tissue: law of the soft tissue, "harmonic" or "elastic" (which is
-    slower: give a node_mm of 8 or so).
+    Attributes
+    ----------
+    physics : XrayPhysics
+        What the detector makes of clean line integrals.
+    node_mm : float
+        Grid of the soft field.
+    pad_mm : float
+        Room around the CT for anatomy that moves out of it.
+    ends : str
+        "cut" or "continued" (the end slices go on beyond the CT).
+    slide_mm : float
+        Random shift of joints.
+    motion_scale : float
+        Factor on drawn motions.
+    rotation_deg, translation_mm : float
+        Error of the initial cameras.
+    projector : str
+        "auto", "rtk" or "sum".
+    tissue : str
+        Law of the soft tissue, "harmonic" or "elastic" (which is slower: give a node_mm of 8 or so).
+
     """
 
     physics: XrayPhysics = field(default_factory=XrayPhysics)
@@ -68,12 +88,35 @@ class SimulationOptions:
 class SimulatedCase:
     """One case in memory: what a registration gets, and the truth.
 
-    Given: ct (HU), structures, anchor, images (list of (H, W) float32 line integrals as measured),
-    initial_cameras. Truth: cameras, fixed_to_moving {structure: (4, 4) LPS mm}, fixed_ct (HU) and
-    fixed_labels (structure numbers) on the CT's grid, field (soft field on its nodes, rigid in bones),
-    clean_images. fixed_source_labels is the full segmentation in the fixed posture when one was given.
-    joints tells how the motions were drawn, when they were. statistics: numbers per structure and for the
-    case (rest TRE in mm, overlap, share in each view, folds in percent).
+    Attributes
+    ----------
+    ct, structures, anchor
+        Given to a registration: the CT in HU, the structures on its grid, and the one that stays.
+    images : list[np.ndarray]
+        Given: (H, W) float32 line integrals as measured.
+    clean_images : list[np.ndarray]
+        The same before the detector.
+    cameras : list[Camera]
+        The true ones.
+    initial_cameras : list[Camera]
+        Given: the perturbed ones.
+    fixed_to_moving : dict[str, np.ndarray]
+        {structure: true motion (4, 4), LPS mm}.
+    fixed_ct, fixed_labels : Volume
+        The CT in HU and the structure numbers in the fixed posture, on the CT's grid.
+    field : DisplacementField
+        The true displacement, fixed to moving, on the nodes of the soft field; rigid in bones.
+    source_labels, fixed_source_labels : Volume, optional
+        The full segmentation in both postures, when one was given.
+    joints : dict[str, JointMotion]
+        How the motions were drawn; empty when they were given.
+    statistics : dict
+        Numbers per structure and for the case (rest TRE in mm, overlap, share in each view, folds in percent).
+    options : SimulationOptions
+        How the case was made.
+    seed : int
+        Of every random number.
+
     """
 
     ct: Volume
@@ -107,28 +150,40 @@ def simulate_case(
 ) -> SimulatedCase:
     """Make a case with a known truth.
 
-    Args:
-        ct: Hounsfield units.
-        structures: labels on the CT's grid.
-        motions: {structure: (4, 4) moving -> fixed, LPS mm}; a structure that is missing stays. None draws
-            them.
-        cameras: true cameras; None gives two views of the structures 30 degrees apart.
-        seed: of every random number (motions, noise and initial cameras each have a stream of their own).
-        options: see SimulationOptions.
-        anchor: the structure that stays; the first one when None.
-        source_labels: the full segmentation on the CT's grid, to be moved likewise (for soft organs).
+    Parameters
+    ----------
+    ct : Volume
+        Hounsfield units.
+    structures : Structures
+        Labels on the CT's grid.
+    motions : dict[str, np.ndarray], optional
+        {structure: (4, 4) moving to fixed, LPS mm}; a structure that is missing stays. Drawn at random by default.
+    cameras : Sequence[Camera], optional
+        True cameras; two views of the structures 30 degrees apart by default.
+    seed : int
+        Of every random number (motions, noise and initial cameras each have a stream of their own).
+    options : SimulationOptions, optional
+        How the case is made.
+    anchor : str, optional
+        The structure that stays; the first one by default.
+    source_labels : Volume, optional
+        The full segmentation on the CT's grid, to be moved likewise (for soft organs).
 
-    Returns:
-        The case. The same arguments give the same case, bit for bit.
+    Returns
+    -------
+    SimulatedCase
+        The same arguments give the same case, bit for bit.
 
-    Raises:
-        InputError: anything named above that is wrong, a moved anchor included.
+    Raises
+    ------
+    InputError
+        Anything named above that is wrong, a moved anchor included.
 
     """
     options = options or SimulationOptions()
     anchor = anchor or structures.names[0]
     _check(ct, structures, motions, anchor, source_labels)
-    draw, noise, guess = (np.random.default_rng(stream) for stream in np.random.SeedSequence(seed).spawn(3))
+    draw, noise, initial = (np.random.default_rng(stream) for stream in np.random.SeedSequence(seed).spawn(3))
     joints: dict[str, JointMotion] = {}
     if motions is None:
         joints = draw_motions(structures, ct.affine, anchor, draw, options.slide_mm, options.motion_scale)
@@ -157,7 +212,7 @@ def simulate_case(
         clean_images=clean,
         cameras=cameras,
         initial_cameras=[
-            perturbed_camera(camera, centre, guess, options.rotation_deg, options.translation_mm)
+            perturbed_camera(camera, centre, initial, options.rotation_deg, options.translation_mm)
             for camera in cameras
         ],
         fixed_to_moving=fixed_to_moving,
@@ -180,23 +235,38 @@ def view_cameras(
     angles_deg: Sequence[float] = (0.0, 30.0),
     pixels: int = 400,
     detector_mm: float = 430.0,
-    source_to_detector_mm: float = 1020.0,
+    source_to_detector_mm: float = SOURCE_TO_DETECTOR_MM,
     source_to_isocenter_mm: float = 750.0,
     isocenter: np.ndarray | None = None,
 ) -> list[Camera]:
     """Cameras on an arc about the cranio-caudal axis through the isocenter.
 
-    Args:
-        ct: gives the isocenter, its middle, unless that is given.
-        angles_deg: 0 is antero-posterior (source in front); positive turns the source to the patient's left.
-        pixels: rows and columns of the square detector.
-        detector_mm: side of the detector.
-        source_to_detector_mm: distance from the source to the detector.
-        source_to_isocenter_mm: distance from the source to the isocenter.
-        isocenter: (3,) LPS mm.
+    Parameters
+    ----------
+    ct : Volume
+        Its middle is the isocenter, unless one is given.
+    angles_deg : Sequence[float]
+        0 is antero-posterior (source in front); positive turns the source to the patient's left.
+    pixels : int
+        Rows and columns of the square detector.
+    detector_mm : float
+        Side of the detector.
+    source_to_detector_mm : float
+        Distance from the source to the detector.
+    source_to_isocenter_mm : float
+        Distance from the source to the isocenter.
+    isocenter : (3,) array, optional
+        LPS mm.
 
-    Raises:
-        InputError: more views or pixels than can be made, or distances that do not fit.
+    Returns
+    -------
+    list[Camera]
+        One for each angle.
+
+    Raises
+    ------
+    InputError
+        More views or pixels than can be made, or distances that do not fit.
 
     """
     require_few_pixels(len(angles_deg), pixels)
@@ -227,7 +297,7 @@ def arc_angles(views: int, arc_deg: float) -> list[float]:
 def perturbed_camera(
     camera: Camera, centre: np.ndarray, rng: np.random.Generator, rotation_deg: float, translation_mm: float
 ) -> Camera:
-    """The camera turned by rotation_deg about a random axis through centre and moved by translation_mm."""
+    """The camera rotated by rotation_deg about a random axis through centre and shifted by translation_mm."""
     axis, way = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
     error = rigid_about(np.asarray(centre), np.radians(rotation_deg) * axis, translation_mm * way)
     return camera.with_extrinsic(camera.extrinsic @ error)

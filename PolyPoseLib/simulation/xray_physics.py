@@ -14,14 +14,25 @@ from PolyPoseLib.errors import InputError
 class XrayPhysics:
     """Settings of the measurement; the defaults are a mid-dose C-arm exposure.
 
-    photons: expected count per pixel without any object (I0).
-    scatter_to_primary: scattered over primary energy, median over the object (about 0.5 behind a grid, 2
-    without). scatter_width: standard deviation of the scatter's spread as a share of the image's width.
-    beam_hardening: relative loss per unit of line integral; 0.01 lowers a line integral of 5 by 5 %.
-    blur_px: standard deviation of the detector's blur in pixels.
-    saturation: line integrals below this are burnt out to it.
-    bits: depth of the stored image; 0 leaves real numbers.
-    encoding: "log" stores the line integral, "linear" the intensity (DICOM pixel intensity relationship).
+    Attributes
+    ----------
+    photons : float
+        Expected count per pixel without any object (I0).
+    scatter_to_primary : float
+        Scattered over primary energy, median over the object (about 0.5 behind a grid, 2 without).
+    scatter_width : float
+        Standard deviation of the scatter's spread as a share of the image's width.
+    beam_hardening : float
+        Relative loss per unit of line integral; 0.01 lowers a line integral of 5 by 5 %.
+    blur_px : float
+        Standard deviation of the detector's blur in pixels.
+    saturation : float
+        Line integrals below this are burnt out to it.
+    bits : int
+        Depth of the stored image; 0 leaves real numbers.
+    encoding : str
+        "log" stores the line integral, "linear" the intensity (DICOM pixel intensity relationship).
+
     """
 
     photons: float = 5e4

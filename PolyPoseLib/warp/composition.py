@@ -43,7 +43,28 @@ def grow_regions(
     Every structure grows by rim_voxels (neighbours by a corner included), then along bright voxels
     (BRIGHT_HU) connected to it, up to BRIGHT_REACH_MM. Labelled voxels keep their label; where two structures
     want the same voxel the nearer one gets it.
-    ct_voxels: (k, j, i) HU; labels: (k, j, i), 0 is background; spacing: (3,) mm along (i, j, k).
+
+    Parameters
+    ----------
+    ct_voxels : (k, j, i) array
+        HU.
+    labels : (k, j, i) array
+        0 is background.
+    spacing : (3,) array
+        mm along (i, j, k).
+    rim_voxels : int
+        By how many voxels every structure grows.
+
+    Returns
+    -------
+    (k, j, i) array of int16
+        The grown labels.
+
+    Raises
+    ------
+    InputError
+        The shapes differ.
+
     """
     from scipy.ndimage import binary_dilation, binary_propagation
 
@@ -69,11 +90,28 @@ def fill_structures(
 ) -> np.ndarray:
     """A CT without its bones: the structures' places filled in harmonically from the soft tissue around.
 
-    ct_voxels: (k, j, i) HU. mask: (k, j, i), voxels of any structure (bool or labels). spacing: (3,) mm along
-    (i, j, k). grow: first grow the mask by its rim (see grow_regions), so that no halo stays; False when it
-    was grown already. Voxels brighter than BRIGHT_HU outside the mask (other bones, metal) stay as they are
-    and bring nothing into the filling. Returns (k, j, i) float32 HU, equal to the CT outside the grown mask.
-    Raises InputError when the shapes differ.
+    Parameters
+    ----------
+    ct_voxels : (k, j, i) array
+        HU.
+    mask : (k, j, i) array
+        Voxels of any structure (bool or labels).
+    spacing : (3,) array
+        mm along (i, j, k).
+    grow : bool
+        First grow the mask by its rim (see grow_regions), so that no halo stays; False when it was grown already.
+
+    Returns
+    -------
+    (k, j, i) array of float32
+        HU, equal to the CT outside the grown mask. Voxels brighter than BRIGHT_HU outside the mask (other bones,
+        metal) stay as they are and do not contribute to the filling.
+
+    Raises
+    ------
+    InputError
+        The shapes differ.
+
     """
     _require_same_shape(ct_voxels, mask)
     region = mask != 0
@@ -98,11 +136,31 @@ def compose_warped_ct(
 ) -> Volume:
     """The CT in the fixed frame with every bone exactly rigid and no stretched bone between them.
 
-    ct: moving, HU. structures: on the CT's grid. poses: (K, 4, 4) fixed to moving, rigid. warp: fixed to
-    moving, for the soft tissue. reference: gives the fixed grid; None takes the CT's own. Returns float32 HU,
-    -1000 outside. Each bone covers the soft tissue by its region's mask, trilinear; where two bones overlap
-    they share. With all motions at rest the result is the CT itself.
-    Raises InputError for poses that are not rigid or do not fit the structures.
+    Each bone covers the soft tissue by its region's mask, trilinear; where two bones overlap they share.
+
+    Parameters
+    ----------
+    ct : Volume
+        Moving, HU.
+    structures : Structures
+        On the CT's grid.
+    poses : (K, 4, 4) array_like
+        Fixed to moving, rigid.
+    warp : AnyWarp
+        Fixed to moving, for the soft tissue.
+    reference : Volume, optional
+        Gives the fixed grid; None takes the CT's own.
+
+    Returns
+    -------
+    Volume
+        float32 HU, -1000 outside. With all motions at rest it is the CT itself.
+
+    Raises
+    ------
+    InputError
+        Poses that are not rigid or do not fit the structures.
+
     """
     _require_same_shape(ct.voxels, structures.labels)
     motions = _rigid_poses(poses, structures.names)
@@ -134,9 +192,30 @@ def compose_warped_labels(
 ) -> Volume:
     """A label map in the fixed frame that fits compose_warped_ct: bones moved rigidly, all else by the warp.
 
-    labels: moving, whole numbers, on the structures' grid (a source segmentation with its own numbers, or the
-    structures' labels). The other arguments are those of compose_warped_ct. A voxel gets the label whose
-    interpolated mask is largest. Raises InputError as compose_warped_ct does.
+    Parameters
+    ----------
+    labels : Volume
+        Moving, whole numbers, on the structures' grid (a source segmentation with its own numbers, or the
+        structures' labels).
+    structures : Structures
+        On the labels' grid.
+    poses : (K, 4, 4) array_like
+        Fixed to moving, rigid.
+    warp : AnyWarp
+        Fixed to moving, for the soft tissue.
+    reference : Volume, optional
+        Gives the fixed grid; None takes the labels' own.
+
+    Returns
+    -------
+    Volume
+        Every voxel has the label whose interpolated mask is largest.
+
+    Raises
+    ------
+    InputError
+        Poses that are not rigid or do not fit the structures.
+
     """
     _require_same_shape(labels.voxels, structures.labels)
     motions = _rigid_poses(poses, structures.names)

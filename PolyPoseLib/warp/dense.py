@@ -42,9 +42,27 @@ def displacement_field(
 ) -> DisplacementField:
     """Displacement of a warp at the nodes of a grid.
 
-    warp: takes fixed points (N, 3) to moving points (N, 3), torch, LPS mm (a PolyrigidWarp). affine: (4, 4)
-    index (i, j, k) to fixed LPS mm; shape: nodes (k, j, i) (see field.covering_grid). single: compute in
-    float32, good to about 1e-4 mm, instead of float64.
+    Parameters
+    ----------
+    warp : Callable[[Tensor], Tensor]
+        Takes fixed points (N, 3) to moving points (N, 3), torch, LPS mm, such as a PolyrigidWarp.
+    affine : (4, 4) array
+        Index (i, j, k) to fixed LPS mm.
+    shape : tuple[int, int, int]
+        Nodes (k, j, i); see :func:`PolyPoseLib.geometry.grid.covering_grid`.
+    single : bool
+        Compute in float32, good to about 1e-4 mm, instead of float64.
+
+    Returns
+    -------
+    DisplacementField
+        warp(x) - x in mm at the nodes.
+
+    Raises
+    ------
+    InputError
+        The affine is not a grid of orthogonal axes.
+
     """
     import torch
 
@@ -73,7 +91,13 @@ def displacement_field(
 class InverseField:
     """An inverse field and how well it inverts.
 
-    field: moving to fixed. residual_mm: (k, j, i) float32, distance of warp(inverse(y)) from y at its nodes.
+    Attributes
+    ----------
+    field : DisplacementField
+        Moving to fixed.
+    residual_mm : (k, j, i) array of float32
+        Distance of warp(inverse(y)) from y at its nodes.
+
     """
 
     field: DisplacementField
@@ -92,22 +116,39 @@ def invert_field(
     tolerance_mm: float = 1e-3,
     iterations: int = 100,
 ) -> InverseField:
-    """Inverse of a displacement field by fixed-point iteration (M. Chen et al., Medical Physics 2008).
+    """Inverse of a displacement field by fixed-point iteration.
 
     At every node y, v <- v - s (v + u(y + v)), starting from v = -u(y), until the residual |v + u(y + v)| is
     below tolerance_mm. The step s starts at 1 and is halved at nodes whose residual grew, so that the
     iteration also converges where the field stretches a lot.
 
-    Args:
-        field: u, fixed to moving.
-        affine: (4, 4) grid of the inverse in the moving frame; None takes the field's own.
-        shape: its nodes (k, j, i); needed with affine.
-        tolerance_mm: residual at which a node is done.
-        iterations: at most so many.
+    Parameters
+    ----------
+    field : DisplacementField
+        u, fixed to moving.
+    affine : (4, 4) array, optional
+        Grid of the inverse in the moving frame; None takes the field's own.
+    shape : tuple[int, int, int], optional
+        Its nodes (k, j, i); needed with affine.
+    tolerance_mm : float
+        Residual at which a node is done.
+    iterations : int
+        At most so many.
 
-    Returns:
+    Returns
+    -------
+    InverseField
         The inverse and the residual at every node. Where a field folds, or beyond what it covers, there is no
         inverse and the residual says so.
+
+    Raises
+    ------
+    InputError
+        Only one of affine and shape, or an affine that is not a grid.
+
+    References
+    ----------
+    M. Chen et al., "A simple fixed-point approach to invert a deformation field", Medical Physics 2008.
 
     """
     if (affine is None) != (shape is None):
@@ -149,10 +190,26 @@ def _invert_at(
 
 
 def jacobian_determinant(field: DisplacementField) -> np.ndarray:
-    """Jacobian determinant of x + u(x) at the field's nodes, (k, j, i) float32 (no unit).
+    """Jacobian determinant of x + u(x) at the nodes of a displacement field u.
 
     Central differences between nodes, one-sided at the border: det(A + du/d(i, j, k)) / det A with the grid's
     axes A, so that oblique and left-handed grids give the same values as straight ones.
+
+    Parameters
+    ----------
+    field : DisplacementField
+        Two nodes or more along every axis.
+
+    Returns
+    -------
+    (k, j, i) array of float32
+        No unit; 0 or less means folding.
+
+    Raises
+    ------
+    InputError
+        An axis has one node only.
+
     """
     if min(field.shape) < 2:
         raise InputError(
@@ -186,9 +243,22 @@ def warp_volume(
 ) -> Volume:
     """A moving volume in the fixed frame, warped(x) = volume(warp(x)), trilinear.
 
-    volume: moving, any type; the result is float32. warp: fixed to moving. reference: gives the fixed grid;
-    None takes the volume's own. outside: value where warp(x) lies beyond the volume's voxels (more
-    than half a voxel from the outermost centres).
+    Parameters
+    ----------
+    volume : Volume
+        Moving, of any type.
+    warp : DisplacementField or callable
+        Fixed to moving, LPS mm.
+    reference : Volume, optional
+        Gives the fixed grid; None takes the volume's own.
+    outside : float
+        Value where warp(x) lies beyond the volume's voxels (more than half a voxel from the outermost centres).
+
+    Returns
+    -------
+    Volume
+        float32 on the fixed grid.
+
     """
     import SimpleITK as sitk
 
@@ -211,10 +281,28 @@ def warp_labels(
 ) -> Volume:
     """A moving label map in the fixed frame, in its own integer type, 0 outside.
 
-    labels: moving, whole numbers. warp: fixed to moving. reference: gives the fixed grid; None takes the
-    labels' own. method: "nearest" voxel, or "linear": the label, background included, whose mask interpolates
-    to the largest value.
-    Raises InputError for labels that are not whole numbers or an unknown method.
+    Parameters
+    ----------
+    labels : Volume
+        Moving, whole numbers.
+    warp : DisplacementField or callable
+        Fixed to moving, LPS mm.
+    reference : Volume, optional
+        Gives the fixed grid; None takes the labels' own.
+    method : {"linear", "nearest"}
+        "nearest" voxel, or "linear": the label, background included, whose mask interpolates to the largest
+        value.
+
+    Returns
+    -------
+    Volume
+        Labels in their own integer type on the fixed grid.
+
+    Raises
+    ------
+    InputError
+        Labels that are not whole numbers, or an unknown method.
+
     """
     import SimpleITK as sitk
 

@@ -17,8 +17,22 @@ def distance_at_voxels(mask: np.ndarray, spacing: np.ndarray, pad: np.ndarray) -
     """Signed distance at every voxel and up to pad voxels beyond.
 
     C. Maurer et al., "A linear time algorithm for computing exact Euclidean distance transforms", TPAMI 2003, as
-    in ITK. mask: (k, j, i) bool, not empty; spacing: (3,) mm along (i, j, k); pad: (3,) voxels along (i, j, k).
-    Returns (k + 2 pad_k, j + 2 pad_j, i + 2 pad_i) float32 mm.
+    in ITK.
+
+    Parameters
+    ----------
+    mask : (k, j, i) array of bool
+        Not empty.
+    spacing : (3,) array
+        mm along (i, j, k).
+    pad : (3,) array
+        Voxels along (i, j, k).
+
+    Returns
+    -------
+    (k + 2 pad_k, j + 2 pad_j, i + 2 pad_i) array of float32
+        mm.
+
     """
     import SimpleITK as sitk
 
@@ -36,15 +50,22 @@ def distance_at_nodes(
 ) -> np.ndarray:
     """Signed distance at the nodes of a grid whose axes are parallel to the voxels'.
 
-    Args:
-        mask: (k, j, i) bool, the structure's voxels inside its box.
-        box: slices (k, j, i) of that box among all voxels.
-        spacing: (3,) mm along (i, j, k).
-        nodes: ascending positions of the nodes along i, j and k in voxels, three arrays.
+    Parameters
+    ----------
+    mask : (k, j, i) array of bool
+        The structure's voxels inside its box.
+    box : tuple[slice, ...]
+        Slices (k, j, i) of that box among all voxels.
+    spacing : (3,) array
+        mm along (i, j, k).
+    nodes : Sequence[np.ndarray]
+        Ascending positions of the nodes along i, j and k in voxels, three arrays.
 
-    Returns:
-        (k, j, i) float32 mm at the nodes; exact farther than a voxel from the structure, interpolated between
-        the voxels' distances nearer and inside.
+    Returns
+    -------
+    (k, j, i) array of float32
+        mm at the nodes; exact farther than a voxel from the structure, interpolated between the voxels' distances
+        nearer and inside.
 
     """
     try:

@@ -10,8 +10,8 @@ import numpy as np
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp
 from PolyPoseLib.warp.weights import RIGID_DELTA_MM, WeightForm
 
-ENDLESS_MM = 1e9
-"""Reach within which a bone turns tissue, where the warp sets none."""
+INFINITE_REACH_MM = 1e9
+"""Reach of a bone's rotation where the warp sets none."""
 
 
 def fused_displacements(warp: object) -> Callable[[np.ndarray], np.ndarray] | None:
@@ -45,7 +45,7 @@ def fused_displacements(warp: object) -> Callable[[np.ndarray], np.ndarray] | No
         np.ascontiguousarray(poses[:, :3], np.float32),
         warp.logs.detach().numpy().astype(np.float32),
         warp.shifts.detach().numpy().astype(np.float32),
-        np.float32((warp.rotation_falloff.reach_mm if warp.rotation_falloff else ENDLESS_MM) ** 2),
+        np.float32((warp.rotation_falloff.reach_mm if warp.rotation_falloff else INFINITE_REACH_MM) ** 2),
     )
 
     def displacements(points: np.ndarray) -> np.ndarray:

@@ -27,19 +27,30 @@ def fill_harmonic(
 ) -> np.ndarray:
     """Replace the wanted voxels by the solution of Laplace's equation with the known ones as boundary values.
 
-    Every axis is halved until nothing is unknown; from there each level starts from the interpolated coarser
-    one and is relaxed by Gauss-Seidel sweeps in two colours (cascadic multigrid; F. Bornemann and
-    P. Deuflhard, Numerische Mathematik 1996).
+    Cascadic multigrid: every axis is halved until nothing is unknown; from there each level starts from the
+    interpolated coarser one and is relaxed by Gauss-Seidel sweeps in two colours.
 
-    Args:
-        values: (k, j, i), any unit.
-        wanted: (k, j, i) bool, voxels to fill.
-        ignored: (k, j, i) bool, voxels that keep their value and do not influence others; None for none.
-        spacing: (3,) mm along (i, j, k).
+    Parameters
+    ----------
+    values : (k, j, i) array
+        Any unit.
+    wanted : (k, j, i) array of bool
+        Voxels to fill.
+    ignored : (k, j, i) array of bool, optional
+        Voxels that keep their value and do not influence others; None for none.
+    spacing : (3,) array
+        mm along (i, j, k).
 
-    Returns:
-        (k, j, i) float32: values outside wanted, smooth inside. Values stay within the range of the known
-        ones; without any known voxel the wanted ones become 0.
+    Returns
+    -------
+    (k, j, i) array of float32
+        Values outside wanted, smooth inside. Values stay within the range of the known ones; without any known
+        voxel the wanted ones become 0.
+
+    References
+    ----------
+    F. Bornemann and P. Deuflhard, "The cascadic multigrid method for elliptic problems", Numerische Mathematik 75,
+    1996.
 
     """
     filled = np.array(values, dtype=np.float32)

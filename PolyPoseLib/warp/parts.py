@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from PolyPoseLib.geometry.grid import connected_components
+
 MAX_PARTS = 200
 """A structure in more connected parts than this is handled as a whole."""
 
@@ -24,15 +26,26 @@ class Part:
 def connected_parts(labels: np.ndarray, border: ArrayLike) -> Iterator[Part]:
     """Parts of all labels, connected by faces, edges or corners.
 
-    labels: (k, j, i) integers, 0 is background. border: voxels along (k, j, i), or one number, by which each
-    box is wider than its part, as far as the array reaches.
+    Parameters
+    ----------
+    labels : (k, j, i) array of integers
+        0 is background.
+    border : array_like
+        Voxels along (k, j, i), or one number, by which each box is wider than its part, as far as the array
+        reaches.
+
+    Yields
+    ------
+    Part
+        One part after another, ordered by label.
+
     """
-    from scipy.ndimage import find_objects, label
+    from scipy.ndimage import find_objects
 
     for n, tight in enumerate(find_objects(labels), start=1):
         if tight is None:
             continue
-        parts, count = label(labels[tight] == n, np.ones((3, 3, 3)))
+        parts, count = connected_components(labels[tight] == n, np.ones((3, 3, 3)))
         if count > MAX_PARTS:
             parts = (parts > 0).astype(np.int32)
         for m, inner in enumerate(find_objects(parts), start=1):

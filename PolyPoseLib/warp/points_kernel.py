@@ -16,11 +16,35 @@ _float = np.float32
 def displace(points, maps, to_grid, spacing, share, form, constant, travel, poses, logs, shifts, reach2, out):
     """Fill out (N, 3) with the displacements in mm of points (N, 3).
 
-    All floats are float32, all points relative to the centre about which logarithms are taken. maps: (K, d, h, w)
-    signed distances, two nodes or more along every axis; to_grid: (3, 4), mm to the maps' index; spacing: (3,) mm along
-    (i, j, k); share: (K,); form, constant: see raw_weight; travel: whether distances are measured at T_k x;
-    poses: (K, 3, 4), the T_k; logs: (K, 6); shifts: (K, 3) of the centroids; reach2: squared distance in mm^2 at which
-    tissue takes half of a bone's rotation.
+    All floats are float32, all points relative to the centre about which logarithms are taken.
+
+    Parameters
+    ----------
+    points
+        (N, 3) fixed.
+    maps
+        (K, d, h, w) signed distances, two nodes or more along every axis.
+    to_grid
+        (3, 4), mm to the maps' index.
+    spacing
+        (3,) mm along (i, j, k).
+    share
+        (K,).
+    form, constant
+        See raw_weight.
+    travel
+        Whether distances are measured at T_k x.
+    poses
+        (K, 3, 4), the T_k.
+    logs
+        (K, 6).
+    shifts
+        (K, 3) of the centroids.
+    reach2
+        Squared distance in mm^2 at which tissue takes half of a bone's rotation.
+    out
+        (N, 3), filled.
+
     """
     structures = len(logs)
     for n in numba.prange(len(points)):

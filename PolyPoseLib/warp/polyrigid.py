@@ -6,19 +6,21 @@ warp(x) = exp(sum_k w_k(x) log T_k) x, with T_k the motion of structure k, fixed
 - "moving": w_k(x) is made of the distances d_k(T_k x), so that the weights travel with the bones. With the
   "rigid" weights every bone is exactly rigid: warp(x) = T_k x wherever T_k x lies inside bone k (and no other
   bone claims x as well).
-- "fixed": w_k(x) is made of d_k(x), the paper's way. The weights then never change while the poses do, but
+- "fixed": w_k(x) is made of d_k(x), as in the paper. The weights then never change while the poses do, but
   bones that move far bend, because their weights stay behind.
 
 The branch of the logarithm. The logarithm of a rotation by more than 180 degrees does not exist on the
 principal branch: there the rotation vector jumps to its antipode, and soft tissue between two bones would
-turn the other way round. Motions are relative to the anchor, whose motion is the identity, so the principal
-branch puts the jump as far from the anatomy as it can be, and joints do not reach it. PolyrigidWarp therefore
-takes the principal branch and refuses rotations of more than MAX_ROTATION_DEG, where it is about to jump.
+turn in the opposite direction. Motions are relative to the anchor, whose motion is the identity, so the
+principal branch puts the jump as far from the anatomy as it can be, and joints do not reach it. PolyrigidWarp
+therefore takes the principal branch and refuses rotations of more than MAX_ROTATION_DEG, where it is about to
+jump.
 
-Turning. A rotation that is extrapolated far beyond its bone moves tissue further than any bone: at 100 mm from a femur
-that turns by 13 degrees, by 23 mm. Tissue at the distance d therefore takes the share 1 / (1 + (d / reach)^2) of a
-bone's own motion, and for the rest only the displacement of the bone's centroid, without its rotation: it keeps the
-orientation of the anchor. On the bone the share is 1, so bones stay rigid; an endless reach gives back the plain mean.
+Rotation falloff. A rotation that is extrapolated far beyond its bone moves tissue further than any bone: at 100 mm
+from a femur that turns by 13 degrees, by 23 mm. Tissue at the distance d therefore takes the share
+1 / (1 + (d / reach)^2) of a bone's own motion, and for the rest only the displacement of the bone's centroid, without
+its rotation: it keeps the orientation of the anchor. On the bone the share is 1, so bones stay rigid; an infinite
+reach gives back the plain mean.
 """
 
 from __future__ import annotations
@@ -50,8 +52,18 @@ POINTS_PER_CHUNK = 1 << 17
 class RotationFalloff:
     """How far bones turn the tissue around them.
 
-    reach_mm: distance at which tissue takes half of a bone's rotation; centroids: (K, 3) of the structures in the CT,
-    moving LPS mm. Raises InputError for a reach that is not above 0.
+    Attributes
+    ----------
+    reach_mm : float
+        Distance at which tissue takes half of a bone's rotation.
+    centroids : (K, 3) array
+        Of the structures in the CT, moving LPS mm.
+
+    Raises
+    ------
+    InputError
+        The reach is not a finite number above 0.
+
     """
 
     reach_mm: float
@@ -61,22 +73,44 @@ class RotationFalloff:
         """Check the reach."""
         if not 0 < self.reach_mm < np.inf:
             raise InputError(
-                f"Bones must turn tissue within a distance above 0 mm, not {self.reach_mm:g} mm."
+                f"The reach of a bone's rotation is {self.reach_mm:g} mm; give a finite distance above 0 mm."
             )
 
 
 class PolyrigidWarp:
     """A warp of fixed points to moving points by K structures' motions.
 
-    distances: maps of K structures. share: (K,) their shares of the structures' volume. poses: (K, 4, 4)
-    fixed to moving, LPS mm, float64; gradients flow into them. frame, form, epsilon: see the module and
-    weights.weights. center: (3,) LPS mm about which logarithms are taken; None takes the middle of the
-    distance maps' grid. The warp is the same for every center (a logarithm changes by the adjoint, and so
-    does the mean of several); one near the anatomy keeps translations small and digits many. turning: None lets
-    every bone turn all tissue, however far.
+    Parameters
+    ----------
+    distances : DistanceMaps
+        Maps of K structures.
+    share : (K,) Tensor or array
+        Their shares of the structures' volume, above 0.
+    poses : (K, 4, 4) Tensor or array
+        Fixed to moving, LPS mm, float64; gradients flow into them.
+    frame : {"moving", "fixed"}
+        Where distances are measured: at T_k x, or at x.
+    form : {"rigid", "mass", "epsilon"}
+        Form of the weights, see :func:`PolyPoseLib.warp.weights.weights`.
+    epsilon : float
+        1/mm^2, for the form "epsilon".
+    center : (3,) array, optional
+        LPS mm about which logarithms are taken; the middle of the distance maps' grid by default. The warp is the
+        same for every center (a logarithm changes by the adjoint, and so does the mean of several); one near the
+        anatomy keeps translations small and digits many.
+    rotation_falloff : RotationFalloff, optional
+        By default every bone rotates all tissue, however far.
 
-    Raises InputError for shapes that do not fit, poses that are not finite, an unknown frame, or a rotation
-    above MAX_ROTATION_DEG.
+    Raises
+    ------
+    InputError
+        Shapes that do not fit, poses that are not finite, an unknown frame, or a rotation above
+        MAX_ROTATION_DEG.
+
+    References
+    ----------
+    V. Arsigny et al., "A fast and log-Euclidean polyaffine framework for locally linear registration", JMIV 2009.
+
     """
 
     def __init__(
@@ -93,7 +127,9 @@ class PolyrigidWarp:
         """Check the arguments and take the logarithms."""
         device = distances.signed.device
         self.distances = distances
-        self.frame, self.form, self.epsilon, self.rotation_falloff = frame, form, epsilon, rotation_falloff
+        self.frame: WeightFrame = frame
+        self.form: WeightForm = form
+        self.epsilon, self.rotation_falloff = epsilon, rotation_falloff
         self.share = torch.as_tensor(share, dtype=torch.float64, device=device)
         self.poses = torch.as_tensor(poses, dtype=torch.float64, device=device)
         count = distances.count
@@ -128,7 +164,7 @@ class PolyrigidWarp:
         return degrees(float(self.logs.detach()[:, :3].norm(dim=1).max()))
 
     def with_poses(self, poses: Tensor | np.ndarray) -> PolyrigidWarp:
-        """The same warp with other poses (K, 4, 4)."""
+        """The same warp with other poses (K, 4, 4), fixed to moving, LPS mm."""
         return PolyrigidWarp(
             self.distances,
             self.share,
@@ -156,10 +192,23 @@ class PolyrigidWarp:
         return weights(self._distance(points), self.share, self.form, self.epsilon)
 
     def __call__(self, points: Tensor, chunk: int = POINTS_PER_CHUNK) -> Tensor:
-        """Moving points (N, 3) of fixed points (N, 3), LPS mm, in the points' type and on the maps' device.
+        """Warp fixed points to moving points.
 
         Differentiable in points and poses; with gradients on, chunks are recomputed in the backward pass
         instead of kept, so that memory does not grow with N.
+
+        Parameters
+        ----------
+        points : (N, 3) Tensor
+            Fixed points, LPS mm.
+        chunk : int
+            Points that are warped at once.
+
+        Returns
+        -------
+        (N, 3) Tensor
+            Moving points, LPS mm, in the points' type and on the maps' device.
+
         """
         parts = points.to(self.distances.signed.device).split(chunk)
         if torch.is_grad_enabled() and len(parts) > 1:
@@ -167,10 +216,23 @@ class PolyrigidWarp:
         return torch.cat([self._warp(part) for part in parts])
 
     def jacobian(self, points: Tensor, chunk: int = POINTS_PER_CHUNK) -> Tensor:
-        """Jacobian matrices (N, 3, 3) of the warp at fixed points (N, 3): d warp_a / d x_b (no unit).
+        """Jacobian matrices of the warp.
 
         By automatic differentiation, exact for the interpolated distance maps (whose gradient jumps at the
         planes through their nodes). Not differentiable itself.
+
+        Parameters
+        ----------
+        points : (N, 3) Tensor
+            Fixed points, LPS mm.
+        chunk : int
+            Points that are computed at once.
+
+        Returns
+        -------
+        (N, 3, 3) Tensor
+            Row a, column b: d warp_a / d x_b (no unit).
+
         """
         rows = []
         for part in points.detach().to(self.distances.signed.device).split(chunk):
@@ -214,9 +276,23 @@ class PolyrigidWarp:
 def apply_exp(logs: Tensor, points: Tensor) -> Tensor:
     """exp(v) x for one logarithm and one point each, without forming matrices.
 
-    logs: (N, 6) [rotation rad, translation part mm]; points: (N, 3) mm. Returns (N, 3) mm. Equal to
-    se3.exp(logs) applied to the points: x + A w x p + B w x (w x p) with the translation part's own
-    coefficients (Barfoot, "State Estimation for Robotics", eq. 7.16 and 7.37).
+    Parameters
+    ----------
+    logs : (N, 6) Tensor
+        [rotation rad, translation part mm].
+    points : (N, 3) Tensor
+        mm.
+
+    Returns
+    -------
+    (N, 3) Tensor
+        mm; equal to se3.exp(logs) applied to the points: x + A w x p + B w x (w x p) with the translation part's
+        own coefficients.
+
+    References
+    ----------
+    T. Barfoot, "State Estimation for Robotics", 2017, eq. 7.16 and 7.37.
+
     """
     rotation, translation = logs[:, :3], logs[:, 3:]
     squared = (rotation * rotation).sum(1, keepdim=True)

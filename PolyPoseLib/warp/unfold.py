@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from scipy.ndimage import binary_dilation, find_objects, label
+from scipy.ndimage import binary_dilation, find_objects
 
 from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.geometry.grid import connected_components
 from PolyPoseLib.warp.dense import jacobian_determinant
 
 LEAST_DETERMINANT = 0.05
@@ -31,8 +32,18 @@ MARGIN_NODES = 14
 def unfolded(field: DisplacementField, held: Callable[[np.ndarray], np.ndarray]) -> DisplacementField:
     """The field with every fold smoothed away that can be without moving what is held.
 
-    field: fixed to moving; held: tells of fixed points (N, 3) LPS mm whether (N,) their displacement must stay. The
-    same field comes back when it has no fold.
+    Parameters
+    ----------
+    field : DisplacementField
+        Fixed to moving.
+    held : Callable[[np.ndarray], np.ndarray]
+        Takes fixed points (N, 3) LPS mm and returns (N,) whether their displacement must stay.
+
+    Returns
+    -------
+    DisplacementField
+        On the same nodes; the field itself when it has no fold.
+
     """
     if min(field.shape) < 3:
         return field
@@ -75,7 +86,7 @@ def _mean_of_neighbours(vectors: np.ndarray, index: tuple[np.ndarray, ...]) -> n
 
 def _boxes(folded: np.ndarray) -> Iterator[tuple[slice, ...]]:
     """Boxes around the folds, with a margin; folds that are near each other share one."""
-    apart, _count = label(binary_dilation(folded, iterations=MARGIN_NODES // 2))
+    apart, _count = connected_components(binary_dilation(folded, iterations=MARGIN_NODES // 2))
     for box in find_objects(apart):
         yield tuple(
             slice(max(side.start - MARGIN_NODES // 2, 0), min(side.stop + MARGIN_NODES // 2, size))

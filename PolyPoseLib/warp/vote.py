@@ -9,12 +9,16 @@ _VOXELS_PER_SLAB = 1 << 20
 
 
 class LabelVote:
-    """A label map that can be asked at any point.
+    """A label map that can be evaluated at any point.
 
     Equal to interpolating the mask of every label linearly and taking the largest (of equal ones the smallest
     label), but its cost does not depend on the number of labels: only cells whose eight corners differ vote.
 
-    labels: (k, j, i) integers.
+    Parameters
+    ----------
+    labels : (k, j, i) array of integers
+        0 is background.
+
     """
 
     def __init__(self, labels: np.ndarray) -> None:

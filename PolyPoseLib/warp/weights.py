@@ -47,8 +47,13 @@ class LabelMap(Protocol):
 class DistanceMaps:
     """Signed distances to K structures on one grid.
 
-    signed: (K, k, j, i) mm, floating point, positive outside. affine: (4, 4) float64, index (i, j, k) to
-    moving LPS mm, orthogonal axes, any handedness.
+    Attributes
+    ----------
+    signed : (K, k, j, i) Tensor
+        mm, floating point, positive outside.
+    affine : (4, 4) array of float64
+        Index (i, j, k) to moving LPS mm, orthogonal axes, any handedness.
+
     """
 
     signed: Tensor
@@ -68,11 +73,21 @@ class DistanceMaps:
         return self.under(points, torch.eye(4, dtype=torch.float64)[None])
 
     def under(self, points: Tensor, poses: Tensor) -> Tensor:
-        """Distances (K, N) mm of points (N, 3), each structure's taken after its own pose: d_k(T_k x).
+        """Distances of points to the structures, each taken after the structure's own pose: d_k(T_k x).
 
-        points: (N, 3) fixed LPS mm; poses: (K, 4, 4) or (1, 4, 4) fixed to moving. Differentiable in both.
-        A point beyond the grid gets the distance at the nearest point of the grid's box plus the distance
-        to the box. The result has the points' type and device.
+        Parameters
+        ----------
+        points : (N, 3) Tensor
+            Fixed LPS mm.
+        poses : (K, 4, 4) Tensor
+            Or (1, 4, 4); fixed to moving.
+
+        Returns
+        -------
+        (K, N) Tensor
+            mm, 0 inside, of the points' type and on their device; differentiable in points and poses. A point
+            beyond the grid gets the distance at the nearest point of the grid's box plus the distance to the box.
+
         """
         matrix = self._to_unit_box(poses).to(points)
         place = points @ matrix[:, :3, :3].transpose(1, 2) + matrix[:, None, :3, 3]
@@ -117,20 +132,30 @@ def distance_maps(
 ) -> DistanceMaps:
     """Exact signed Euclidean distances to every structure, one after another, on the labels' own grid.
 
-    Args:
-        structures: names (K) and labels (k, j, i), n belonging to names[n-1].
-        affine: (4, 4), index (i, j, k) of the labels to moving LPS mm.
-        spacing_mm: distance between the maps' nodes. None keeps the labels' grid while all maps fit into
-            budget_bytes, and the finest coarser grid that fits otherwise. Bones are exactly rigid on the
-            labels' grid only; on a coarser one their edges can be off by a fraction of its spacing.
-        margin_mm: how far the maps reach beyond the labels' grid.
-        budget_bytes: see spacing_mm.
+    Parameters
+    ----------
+    structures : LabelMap
+        Names (K) and labels (k, j, i), n belonging to names[n-1].
+    affine : (4, 4) array
+        Index (i, j, k) of the labels to moving LPS mm.
+    spacing_mm : float, optional
+        Distance between the maps' nodes. None keeps the labels' grid while all maps fit into budget_bytes, and
+        the finest coarser grid that fits otherwise. Bones are exactly rigid on the labels' grid only; on a
+        coarser one their edges can be off by a fraction of its spacing.
+    margin_mm : float
+        How far the maps reach beyond the labels' grid.
+    budget_bytes : int
+        See spacing_mm.
 
-    Returns:
-        DistanceMaps in float32. Memory while computing: the maps, and about 12 bytes per voxel.
+    Returns
+    -------
+    DistanceMaps
+        In float32. Memory while computing: the maps, and about 12 bytes per voxel.
 
-    Raises:
-        InputError: a structure without voxels, or an affine that is not a grid.
+    Raises
+    ------
+    InputError
+        A structure without voxels, or an affine that is not a grid.
 
     """
     require_grid(affine, "the structures' labels")
@@ -142,7 +167,7 @@ def distance_maps(
     if spacing_mm is None and 4 * count * np.prod(shape, dtype=float) > budget_bytes:
         spacing_mm = _fitting_spacing(affine, labels.shape, count, margin_mm, budget_bytes)
     native = spacing_mm is None or spacing_mm <= spacing.min()
-    if native:
+    if spacing_mm is None or native:
         grid = affine.copy()
         grid[:3, 3] -= affine[:3, :3] @ pad
     else:
@@ -163,19 +188,27 @@ def distance_maps(
 def weights(distance: Tensor, share: Tensor, form: WeightForm = "rigid", epsilon: float = 0.1) -> Tensor:
     """Weights of the structures' motions, which sum to 1 at every point.
 
-    Args:
-        distance: (K, N) mm, 0 inside.
-        share: (K,) share m of each structure in the structures' volume, above 0 (no unit).
-        form: "mass" m/(1+d^2) (the paper's), "epsilon" 1/(1+epsilon d^2) (its predecessor; ignores share), or
-            "rigid" m/(delta^2+d^2) with delta = RIGID_DELTA_MM: inverse-distance interpolation (D. Shepard,
-            ACM 1968), which leaves every structure its whole weight inside itself.
-        epsilon: 1/mm^2, for "epsilon".
+    Parameters
+    ----------
+    distance : (K, N) Tensor
+        mm, 0 inside.
+    share : (K,) Tensor
+        Share m of each structure in the structures' volume, above 0 (no unit).
+    form : WeightForm
+        "mass" m/(1+d^2) (the paper's), "epsilon" 1/(1+epsilon d^2) (its predecessor; ignores share), or "rigid"
+        m/(delta^2+d^2) with delta = RIGID_DELTA_MM: inverse-distance interpolation (D. Shepard, ACM 1968), which
+        leaves every structure its whole weight inside itself.
+    epsilon : float
+        1/mm^2, for "epsilon".
 
-    Returns:
-        (K, N).
+    Returns
+    -------
+    (K, N) Tensor
 
-    Raises:
-        InputError: a form that is not one of the three.
+    Raises
+    ------
+    InputError
+        A form that is not one of the three.
 
     """
     squared = distance * distance
@@ -200,7 +233,7 @@ def _boxes(labels: np.ndarray, count: int) -> list[tuple[slice, ...] | None]:
     return find_objects(labels, max_label=count)
 
 
-def _node_positions(affine: np.ndarray, grid: np.ndarray, shape: tuple[int, int, int]) -> list[np.ndarray]:
+def _node_positions(affine: np.ndarray, grid: np.ndarray, shape: tuple[int, ...]) -> list[np.ndarray]:
     """Positions of a parallel grid's nodes along i, j and k, in voxels of affine."""
     to_voxel = np.linalg.inv(affine) @ grid
     return [to_voxel[n, n] * np.arange(shape[2 - n]) + to_voxel[n, 3] for n in range(3)]

@@ -126,7 +126,6 @@ def train_model(
         ViewRange.of_xrays([xray]),
         VirtualDetector.around([xray], plan.side),
         plan,
-        "cpu",
         Monitor(None, None),
         lambda fields: write_tensors(fields, checkpoint),
         read_tensors(checkpoint, "checkpoint") if checkpoint.is_file() else None,

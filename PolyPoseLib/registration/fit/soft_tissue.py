@@ -75,12 +75,11 @@ class SoftTissue:
         correction: (4, 4) of the camera, fixed to fixed; size_mm: of voxels and ray steps.
         """
         body = self.scene.volume(kind, size_mm)
-        rays = index_rays(body, camera, correction, (0, camera.height, 0, camera.width))
-        shape = (camera.height, camera.width)
+        rays = index_rays(body, camera, correction, (0, camera.height, 0, camera.width), size_mm)
         if not field.vectors.any():  # at rest
-            return backend.project(body.voxels, rays, size_mm, shape, False, body.occupied)[0]
+            return backend.project(body.voxels, rays, False, body.occupied)[0]
         index_field = in_index_units(field, body, MARGIN_MM)
-        return backend.project_warped(body.voxels, index_field, rays, size_mm, shape, body.occupied)
+        return backend.project_warped(body.voxels, index_field, rays, body.occupied)
 
 
 def in_index_units(field: DisplacementField, body: Body, margin_mm: float) -> IndexField:

@@ -51,19 +51,20 @@ def trained(scene, plan, views=VIEWS, monitor=None, checkpoint=None, resume=Fals
     earlier = read_tensors(checkpoint, "checkpoint") if resume else None
     monitor = monitor or Monitor(None, None)
     detector = VirtualDetector(plan.side, 0.15)
-    return train(scene, "of the phantom", views, detector, plan, "cpu", monitor, keep, earlier)
+    return train(scene, "of the phantom", views, detector, plan, monitor, keep, earlier)
 
 
 def test_training_lowers_the_validation_error(scene):
     plan = replace(
         TINY, steps=70, channels=(8, 16, 16, 16), renderings=8, learning_rate=3e-3, validate_every=35
     )
-    untrained = Trainer(scene, VIEWS, VirtualDetector(32, 0.15), plan, "cpu").validation_mm()
+    untrained = Trainer(scene, VIEWS, VirtualDetector(32, 0.15), plan).validation_mm()
     model = trained(scene, plan)
     assert model.validation_mm < 0.75 * untrained
 
 
-def test_resumed_is_uninterrupted(scene, tmp_path):
+def test_resumed_is_uninterrupted(scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(Trainer, "_bfloat16_pays", lambda *_: False)  # it measures time
     path = tmp_path / "checkpoint"
     whole = trained(scene, TINY)
 
@@ -107,7 +108,7 @@ def test_time_and_patience_end_a_training(scene):
 def test_several_views_and_images_in_the_loss(scene):
     views = ViewRange(("AP", "LL"), 735.0)
     plan = replace(TINY, steps=3, image_weight=0.5, image_from=0.0, image_views=4)
-    trainer = Trainer(scene, views, VirtualDetector(32, 0.15), plan, "cpu")
+    trainer = Trainer(scene, views, VirtualDetector(32, 0.15), plan)
     batch = trainer.sampler.draw(TRAINING, 0, select_backend(threads=1))
     assert set(batch.views.tolist()) == {0, 1}
     loss = trainer.loss(batch)
@@ -115,14 +116,12 @@ def test_several_views_and_images_in_the_loss(scene):
     assert torch.isfinite(loss)
     gradients = [each.grad for each in trainer.state.network.parameters()]
     assert all(each is not None and torch.isfinite(each).all() for each in gradients)
-    plain = Trainer(scene, views, VirtualDetector(32, 0.15), replace(plan, image_weight=0.0), "cpu").loss(
-        batch
-    )
+    plain = Trainer(scene, views, VirtualDetector(32, 0.15), replace(plan, image_weight=0.0)).loss(batch)
     assert float(loss.detach()) > float(plain.detach())
 
 
 def test_batches_follow_from_seed_and_number(scene):
-    sampler = Trainer(scene, VIEWS, VirtualDetector(32, 0.15), TINY, "cpu").sampler
+    sampler = Trainer(scene, VIEWS, VirtualDetector(32, 0.15), TINY).sampler
     backend = select_backend(threads=1)
     first, again = (sampler.draw(TRAINING, 3, backend) for _ in range(2))
     np.testing.assert_array_equal(first.images, again.images)

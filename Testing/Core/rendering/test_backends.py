@@ -21,12 +21,11 @@ def both():
 def test_line_integrals_and_moments_agree(seed):
     body = random_body(seed)
     camera, pose = random_view(seed, body)
-    rays = index_rays(body, camera, pose, (0, camera.height, 0, camera.width))
-    shape = (camera.height, camera.width)
-    fused, plain = (b.project(body.voxels, rays, STEP, shape, True) for b in both())
+    rays = index_rays(body, camera, pose, (0, camera.height, 0, camera.width), STEP)
+    fused, plain = (b.project(body.voxels, rays, True) for b in both())
     assert_close(fused[0], plain[0], 1e-5)
     assert_close(fused[1], plain[1], 1e-3)  # gradients jump where a rounded sample changes its voxel
-    alone = [b.project(body.voxels, rays, STEP, shape, False) for b in both()]
+    alone = [b.project(body.voxels, rays, False) for b in both()]
     for (image, moments), (with_moments, _) in zip(alone, (fused, plain), strict=True):
         assert moments is None
         assert_close(image, with_moments, 1e-6)
@@ -43,10 +42,8 @@ def test_projections_through_a_field_agree(seed):
     span = (size - 1 + 2 * margin) / (np.array(shape[::-1]) - 1)
     vectors = gaussian_filter(rng.normal(0, 8, (*shape, 3)), (1, 1, 1, 0)).astype(np.float32)
     field = IndexField(vectors, 1 / span, margin / span, np.full(3, -margin), size - 1 + margin)
-    rays = index_rays(body, camera, pose, (0, camera.height, 0, camera.width))
-    fused, plain = (
-        b.project_warped(body.voxels, field, rays, STEP, (camera.height, camera.width)) for b in both()
-    )
+    rays = index_rays(body, camera, pose, (0, camera.height, 0, camera.width), STEP)
+    fused, plain = (b.project_warped(body.voxels, field, rays) for b in both())
     assert fused.max() > 0
     assert_close(fused, plain, 1e-4)
 
@@ -58,11 +55,10 @@ def test_a_field_of_zeros_changes_nothing():
     field = IndexField(
         np.zeros((3, 3, 3, 3), np.float32), 2 / (size - 1), np.zeros(3), np.zeros(3), size - 1.0
     )
-    rays = index_rays(body, camera, pose, (0, camera.height, 0, camera.width))
-    shape = (camera.height, camera.width)
+    rays = index_rays(body, camera, pose, (0, camera.height, 0, camera.width), STEP)
     for backend in both():
-        plain, _ = backend.project(body.voxels, rays, STEP, shape, False)
-        assert_close(backend.project_warped(body.voxels, field, rays, STEP, shape), plain, 1e-5)
+        plain, _ = backend.project(body.voxels, rays, False)
+        assert_close(backend.project_warped(body.voxels, field, rays), plain, 1e-5)
 
 
 @pytest.mark.parametrize("name", ["numba", "torch"])
@@ -77,8 +73,8 @@ def test_the_jacobian_is_the_derivative_of_the_image(name, seed):
 
     def rendered(delta):
         moved = about(perturbation(delta), body.centre) @ pose
-        rays = index_rays(body, camera, moved, window)
-        image, _ = backend.project(body.voxels, rays, 1.0, window[1::2], False)
+        rays = index_rays(body, camera, moved, window, 1.0)
+        image, _ = backend.project(body.voxels, rays, False)
         row0, row1, column0, column1 = part.window
         return image[row0:row1, column0:column1].astype(float)
 

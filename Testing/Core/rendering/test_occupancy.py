@@ -59,11 +59,10 @@ def test_a_volume_of_zeros_has_no_blocks():
 def test_the_hint_changes_no_line_integral(seed):
     body, backend = sparse_body(seed), numba_backend()
     camera, pose = random_view(seed, body, 23, 26)
-    shape = (camera.height, camera.width)
-    rays = index_rays(body, camera, pose, (0, camera.height, 0, camera.width))
+    rays = index_rays(body, camera, pose, (0, camera.height, 0, camera.width), STEP)
     for moments in (False, True):
-        hinted = backend.project(body.voxels, rays, STEP, shape, moments, body.occupied)
-        plain = backend.project(body.voxels, rays, STEP, shape, moments)
+        hinted = backend.project(body.voxels, rays, moments, body.occupied)
+        plain = backend.project(body.voxels, rays, moments)
         assert plain[0].max() > 0
         assert_close(hinted[0], plain[0], 1e-5)
         if moments:
@@ -77,10 +76,9 @@ def test_the_hint_holds_with_the_source_among_the_blocks(seed):
     rng = np.random.default_rng(seed)
     near = body.affine[:3, :3] @ (body.occupied.centres[0] + rng.normal(0, 2, 3)) + body.affine[:3, 3]
     inside = Camera(camera.intrinsics, look_at(near, body.centre + 0.1), camera.height, camera.width)
-    rays = index_rays(body, inside, np.eye(4), (0, camera.height, 0, camera.width))
-    shape = (camera.height, camera.width)
-    hinted, _ = backend.project(body.voxels, rays, 0.5, shape, False, body.occupied)
-    plain, _ = backend.project(body.voxels, rays, 0.5, shape, False)
+    rays = index_rays(body, inside, np.eye(4), (0, camera.height, 0, camera.width), 0.5)
+    hinted, _ = backend.project(body.voxels, rays, False, body.occupied)
+    plain, _ = backend.project(body.voxels, rays, False)
     assert np.abs(hinted - plain).max() <= 1e-5 * max(plain.max(), 1e-3)
 
 
@@ -93,10 +91,9 @@ def test_the_hint_reaches_as_far_as_the_field_displaces(seed):
     vectors = rng.normal(0, 3, (4, 5, 6, 3)).astype(np.float32)
     span = (size + 7) / np.array((5, 4, 3))
     field = IndexField(vectors, 1 / span, 4 / span, np.full(3, -4.0), size + 3.0)
-    rays = index_rays(body, camera, pose, (0, camera.height, 0, camera.width))
-    shape = (camera.height, camera.width)
-    hinted = backend.project_warped(body.voxels, field, rays, STEP, shape, body.occupied)
-    plain = backend.project_warped(body.voxels, field, rays, STEP, shape)
+    rays = index_rays(body, camera, pose, (0, camera.height, 0, camera.width), STEP)
+    hinted = backend.project_warped(body.voxels, field, rays, body.occupied)
+    plain = backend.project_warped(body.voxels, field, rays)
     assert plain.max() > 0
     assert_close(hinted, plain, 1e-5)
 
@@ -105,10 +102,10 @@ def test_a_volume_that_no_index_reaches_is_refused():
     backend = numba_backend()
     body = sparse_body(0)
     camera, pose = random_view(0, body)
-    rays = index_rays(body, camera, pose, (0, 2, 0, 2))
+    rays = index_rays(body, camera, pose, (0, 2, 0, 2), STEP)
     huge = np.broadcast_to(np.float32(0), (2048, 2048, 512))
     with pytest.raises(ValueError, match="2147483648 values"):
-        backend.project(huge, rays, STEP, (2, 2), False)
+        backend.project(huge, rays, False)
 
 
 @pytest.mark.parametrize("ulps", [0, 1, 2, 100])
@@ -128,19 +125,19 @@ def test_a_block_that_the_source_touches_is_seen_everywhere(ulps):
 def test_a_grid_without_a_cell_is_refused():
     body, backend = sparse_body(1), numba_backend()
     camera, pose = random_view(1, body)
-    rays = index_rays(body, camera, pose, (0, 2, 0, 2))
+    rays = index_rays(body, camera, pose, (0, 2, 0, 2), STEP)
     field = IndexField(np.zeros((1, 2, 2, 3), np.float32), np.ones(3), np.zeros(3), np.zeros(3), np.ones(3))
     with pytest.raises(ValueError, match="no cell"):
-        backend.project_warped(body.voxels, field, rays, STEP, (2, 2))
+        backend.project_warped(body.voxels, field, rays)
 
 
 def test_what_is_not_a_number_is_not_hidden_by_the_hint():
     body, backend = sparse_body(2), numba_backend()
     camera, pose = random_view(2, body)
-    rays = index_rays(body, camera, pose, (0, 4, 0, 4))
+    rays = index_rays(body, camera, pose, (0, 4, 0, 4), STEP)
     rays.source[0] = np.nan
-    hinted, _ = backend.project(body.voxels, rays, STEP, (4, 4), False, body.occupied)
-    plain, _ = backend.project(body.voxels, rays, STEP, (4, 4), False)
+    hinted, _ = backend.project(body.voxels, rays, False, body.occupied)
+    plain, _ = backend.project(body.voxels, rays, False)
     np.testing.assert_array_equal(hinted, plain)
 
 
