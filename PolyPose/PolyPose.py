@@ -113,13 +113,7 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
     """
 
     def getParameterNode(self) -> PolyPoseParameterNode:
-        """The scene's parameter node of this module; made when there is none.
-
-        Returns
-        -------
-        PolyPoseSlicer.study.parameters.PolyPoseParameterNode
-
-        """
+        """The scene's PolyPoseSlicer.study.parameters.PolyPoseParameterNode; made when there is none."""
         from PolyPoseSlicer.scene.grid_transform import keep_linear
         from PolyPoseSlicer.study.parameters import PolyPoseParameterNode
 
@@ -218,13 +212,9 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
 
         Parameters
         ----------
-        ctNode, segmentationNode : nodes
+        ctNode, segmentationNode, structures, xrays, anchor
             As in `register`.
-        structures, xrays, anchor : inputs
-            As in `register`.
-        outputTransform, outputVolume, outputSegmentation : nodes, optional
-            As in `register`.
-        options, outputFolder : optional
+        outputTransform, outputVolume, outputSegmentation, options, outputFolder
             As in `register`.
         preview : bool
             Refresh outputTransform while the registration runs.
@@ -370,17 +360,12 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
         return load(folder, ctNode, segmentationNode)
 
     def missingInput(self, parameterNode: PolyPoseParameterNode | None = None) -> str:
-        """What is still missing before a registration can start.
+        """One sentence that says what is still missing before a registration can start; empty when nothing is.
 
         Parameters
         ----------
         parameterNode : PolyPoseParameterNode, optional
             The scene's own when it is None.
-
-        Returns
-        -------
-        str
-            One sentence for people, empty when nothing is missing.
 
         """
         from PolyPoseSlicer.study.parameters import missing_input

@@ -40,7 +40,7 @@ LABELS = (
     "SHA256:e8097758e56e73099075b6caaebce23ef11bc6fad66a4ec3753b9406846558c7",
 )
 CASE_FOLDER = "PolyPosePelvis-case-1"
-"""In the cache; another number when the simulation changes."""
+"""In the cache; its number changes with the simulation."""
 
 _WAIT_SECONDS = 0.03
 
@@ -64,7 +64,7 @@ def register(parameter_node: Callable[[], Any]) -> None:
 
 
 def download_or_say(parameter_node: Callable[[], Any]) -> list[slicer.vtkMRMLNode]:
-    """As `download`, for Sample Data's button, which lets an exception go unseen: a window says what went wrong."""
+    """As `download`, for Sample Data's button, which hides exceptions: a window shows what went wrong."""
     try:
         return download(parameter_node)
     except Exception as error:  # the network, the disk, a checksum: SampleData raises whatever it meets

@@ -59,7 +59,7 @@ def type_into(edit: Any, text: str) -> None:
 
 
 def child_processes() -> list[str]:
-    """Processes that this one has started and that still run; only told on Linux."""
+    """Processes that this one has started and that still run; known only on Linux."""
     found = []
     for task in Path("/proc/self/task").glob("*/children"):
         for pid in task.read_text().split():

@@ -67,11 +67,11 @@ class ModuleTest(SlicerTestCase):
             ("anchor", lambda: setattr(node, "anchor", "hip")),
             ("X-ray", lambda: parameters.store_xray_sources(node, [XraySource(scenes.add_xray())])),
         )
-        for missing, mend in steps:
+        for missing, supply in steps:
             self.assertIn(missing, logic.missingInput(node))
             with self.assertRaises(InputError):
                 logic.startParameters(node)
-            mend()
+            supply()
         self.assertEqual(logic.missingInput(node), "")
         self.assertEqual(parameters.structures_of(node), {"hip": [first], "leg": [second]})
 

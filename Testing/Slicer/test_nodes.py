@@ -20,7 +20,7 @@ from PolyPoseLib.errors import InputError
 
 @contextlib.contextmanager
 def untouched(test: SlicerTestCase, *nodes: slicer.vtkMRMLNode) -> Iterator[None]:
-    """Fail when one of the nodes tells that it was modified, or has another parent afterwards."""
+    """Fail when one of the nodes reports that it was modified, or has another parent afterwards."""
     # The parent is looked up at the first call, which counts as a change.
     parents = [node.GetTransformNodeID() for node in nodes]
     changed = []

@@ -92,7 +92,7 @@ class Settings:
 
 
 class ModuleManager(Signals):
-    """Knows the modules; tells when one is unloaded."""
+    """Knows the modules; emits a signal when one is unloaded."""
 
     def __init__(self) -> None:
         super().__init__("moduleAboutToBeUnloaded(QString)", "modulesLoaded(QStringList)")

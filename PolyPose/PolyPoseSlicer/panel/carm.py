@@ -67,7 +67,7 @@ class CarmPart:
         self._ui.carmLive.checked = False
 
     def placement(self) -> Placement:
-        """What the sliders say."""
+        """The placement that the sliders show."""
         values = {field: getattr(self._ui, name).value for name, field in _SLIDERS.items()}
         return Placement(**values, table_mm=tuple(getattr(self._ui, name).value for name in _TABLE))
 

@@ -25,10 +25,10 @@ from .place_mode import PlaceMode
 from .xrays import XraysPart
 
 SOLVE_MS = 30
-"""A moved point is followed after this long: quick enough for the eye, and once for many events."""
+"""Delay before a moved point is followed: it still looks immediate, and many events cause one update."""
 
 NAMED_PIXELS = 8.0
-"""A projection farther than this from its counterpart carries its name; nearer, two names would hide the place."""
+"""A projection carries its name only when it is farther than this from its counterpart; nearer, names would overlap."""
 
 SETTLE_MS = 300
 """The X-ray's camera is set when no point has moved for this long."""
@@ -60,7 +60,7 @@ class LandmarksPart:
         self._place = PlaceMode(host, self._mode_changed)
         self._solve_timer = self._timer(SOLVE_MS, self.solve)
         self._settle_timer = self._timer(SETTLE_MS, self.settle)
-        # "activated" means a choice of the user's: when a node is deleted the selector moves on to another one.
+        # "activated" means the user's choice: when a node is deleted the selector moves on to another one.
         ui.ctLandmarks.connect("nodeActivated(vtkMRMLNode*)", self._chosen)
         ui.xrayLandmarks.connect("nodeActivated(vtkMRMLNode*)", self._chosen)
         ui.ctPlace.connect("clicked(bool)", self.pick_in_ct)
@@ -164,7 +164,7 @@ class LandmarksPart:
             self._settle_timer.start()
 
     def settle(self) -> None:
-        """Make the camera that was solved last the X-ray's first one; a uncertain one is taken away."""
+        """Make the camera that was solved last the X-ray's initial one; an uncertain one is removed."""
         self._settle_timer.stop()
         sources, row = self._xrays.sources, self._row
         if self.fit is None or not 0 <= row < len(sources):
@@ -356,7 +356,7 @@ def _new_camera(xray: str, landmarks: slicer.vtkMRMLMarkupsFiducialNode) -> Any:
 
 
 def _number_frames(sources: list[XraySource]) -> None:
-    """Let every frame follow the view of its X-ray, those of no X-ray none; frames without points are removed."""
+    """Let each frame follow the view of its X-ray, or none when it has no X-ray; frames without points are removed."""
     owners = {}
     for row, source in enumerate(sources):
         frame = pixel_frames.frame_above(source.xray_landmarks)

@@ -102,7 +102,7 @@ class MapsPart:
 
 
 def set_checked(box: Any, checked: bool) -> None:
-    """Check a box without telling anybody."""
+    """Check a box without emitting its signal."""
     blocked = box.blockSignals(True)
     box.checked = checked
     box.blockSignals(blocked)

@@ -137,7 +137,7 @@ class Panel:
             self.use(self.logic.getParameterNode())
 
     def _scene_imports(self, *_ignored: Any) -> None:
-        """A scene is about to be added: selectors are emptied meanwhile, which is no choice of the user's."""
+        """A scene is about to be added: selectors are emptied meanwhile, which is not the user's choice."""
         self.use(None)
 
     def _scene_imported(self, *_ignored: Any) -> None:

@@ -1,4 +1,4 @@
-"""Reading and writing ctkPathLineEdit, whose own signal keeps silent about an empty path and unusual endings."""
+"""Reading and writing ctkPathLineEdit, whose own signal is not emitted for an empty path or an unusual ending."""
 
 from __future__ import annotations
 
@@ -12,6 +12,6 @@ def follow_path(edit: Any, changed: Callable[[str], None]) -> None:
 
 
 def show_path(edit: Any, path: str) -> None:
-    """Show a path; one that is shown already is left alone, for the cursor of somebody who is typing."""
+    """Show a path; one that is already shown is left alone, so that the cursor does not move while typing."""
     if edit.currentPath != path:
         edit.currentPath = path

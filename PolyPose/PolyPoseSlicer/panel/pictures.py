@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from PolyPoseLib.data.xray import Xray
 
 LONGEST_SIDE = 512
-"""Pictures are drawn with at most this many pixels a side, so that a slider can be followed."""
+"""Pictures are drawn with at most this many pixels per side, so that they can follow a slider."""
 
 
 class Pictures:
-    """The views in order; `mode` and `amount` hold one entry a view."""
+    """The views in order; `mode` and `amount` hold one entry per view."""
 
     def __init__(self) -> None:
         """No view yet."""
@@ -40,7 +40,7 @@ class Pictures:
         self._phase = False
 
     def set(self, items: list[XrayPicture], keep: bool = True) -> None:
-        """Other views; the way in which a view is compared stays with its number."""
+        """Set the views; the comparison that was chosen for a view stays with its number."""
         kept = len(self.mode) if keep else 0
         self.items = items
         self.mode = [self.mode[n] if n < kept else Mode.BLEND for n in range(len(items))]
@@ -48,7 +48,7 @@ class Pictures:
         xray_views.remove_from(len(items))
 
     def move_to(self, items: Sequence[XrayPicture]) -> bool:
-        """Take the cameras of the same views; True when one has moved. Other views than the shown are left."""
+        """Take the cameras of the same views; True when one has moved; other views are ignored."""
         if [each.name for each in items] != [each.name for each in self.items]:
             return False
         moved = [

@@ -95,7 +95,7 @@ class RegisterPart:
             self._show_button()
 
     def start(self) -> None:
-        """Start a registration of what the parameter node says."""
+        """Start a registration with the inputs of the parameter node."""
         self._say("")
         parameters = self._parameters
         if parameters is None:
@@ -193,7 +193,7 @@ class RegisterPart:
         return "\n".join([str(run.error)] if run.error is not None else [text])
 
     def _make_curve(self, parameters: PolyPoseParameterNode) -> None:
-        """The nodes of the curve exist from the beginning, so that it can be watched."""
+        """Make the nodes of the curve at the start, so that it can be watched."""
         scene = slicer.mrmlScene
         names = {
             "outputSimilarity": ("vtkMRMLTableNode", _("PolyPose similarity")),
@@ -231,7 +231,7 @@ class RegisterPart:
         button.setToolTip(missing or _("Align the CT to the X-rays."))
 
     def _options_edited(self, *_ignored: Any) -> None:
-        """Store the advanced options; what is as usual is left out."""
+        """Store the advanced options; defaults are left out."""
         if self._showing or self._parameters is None:
             return
         ui = self._ui

@@ -23,7 +23,7 @@ _STYLE = (
 
 @dataclass
 class ReportPage:
-    """What the page says: facts (name, value), a table with a header, pictures (title, RGB), warnings."""
+    """What the page holds: facts (name, value), a table with a header, pictures (title, RGB), warnings."""
 
     facts: list[tuple[str, str]] = field(default_factory=list)
     header: Sequence[str] = ()

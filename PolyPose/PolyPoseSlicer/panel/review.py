@@ -1,4 +1,4 @@
-"""The panel's Review section: the layout, before and after, X-ray against rendering, maps and the report."""
+"""The panel's Review section: the layout, before and after, X-ray versus rendering, maps and the report."""
 
 from __future__ import annotations
 
@@ -226,7 +226,7 @@ class ReviewPart:
         self.pictures.clear()
 
     def pause(self) -> None:
-        """The module is left: nothing moves any more."""
+        """The module is left: nothing moves until it is opened again."""
         self._flicker.stop()
         self._resized.stop()
 
@@ -270,7 +270,7 @@ class ReviewPart:
             self._setting = False
 
     def _compare(self, *_ignored: Any) -> None:
-        """Compare the chosen view, or all, in the chosen way."""
+        """Compare the chosen view, or all, by the chosen method."""
         if self._setting:
             return
         chosen = self._ui.compareView.currentIndex - 1
@@ -307,7 +307,7 @@ class ReviewPart:
 
 
 def _state_text(parameters: PolyPoseParameterNode | None) -> str:
-    """What speaks against the result, or that there is none."""
+    """Why the result must not be trusted and its warnings, or that there is none."""
     if parameters is None or parameters.outputTransform is None:
         return _("No result yet: register, or load an earlier result.")
     outputs = outputs_of(parameters)

@@ -54,7 +54,7 @@ class StructuresPart:
         ui.includedOnly.connect("toggled(bool)", self._filter)
 
     def show(self, parameters: PolyPoseParameterNode | None) -> None:
-        """Show what the parameter node says now."""
+        """Show the parameter node as it is now."""
         self._parameters = parameters
         lines = _lines_of(parameters)
         self._ui.proposeButton.enabled = bool(lines)
@@ -128,7 +128,7 @@ class StructuresPart:
             return
         known = {line.segment for line in self._lines}
         chosen = {segment: structure for segment, structure in chosen.items() if segment in known}
-        self._lines = []  # what the user typed is shown again as it was understood
+        self._lines = []  # what the user entered is shown again as it was understood
         was = parameters.StartModify()
         parameters.structures = json.dumps(chosen)
         parameters.anchor = anchor
@@ -164,7 +164,7 @@ class StructuresPart:
 
 
 def _lines_of(parameters: PolyPoseParameterNode | None) -> list[_Line]:
-    """One line a segment, in the segmentation's order."""
+    """One line per segment, in the segmentation's order."""
     if parameters is None or parameters.segmentation is None:
         return []
     content = parameters.segmentation.GetSegmentation()

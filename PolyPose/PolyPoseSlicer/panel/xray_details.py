@@ -1,4 +1,4 @@
-"""The form below the table of X-rays: what can be typed about the selected one."""
+"""The form below the table of X-rays: what can be entered about the selected one."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class XrayDetails:
         for name in ("xrayCamera", "xrayPosition", "xrayMirrored"):
             getattr(ui, name).connect("currentIndexChanged(int)", self._edited)
         ui.xrayFrame.connect("valueChanged(int)", self._edited)
-        # Only a choice of the user's: when a transform is deleted the selector moves on to another one.
+        # Only the user's choice: when a transform is deleted the selector moves on to another one.
         ui.xrayTransform.connect("nodeActivated(vtkMRMLNode*)", self._edited)
 
     def show(self, source: XraySource | None, report: XrayReport | None) -> None:
@@ -79,7 +79,7 @@ class XrayDetails:
         self._showing = False
 
     def _show_found(self, xray: Any) -> None:
-        """In grey: the numbers in use where nothing was typed."""
+        """In grey: the numbers in use where nothing was entered."""
         ui = self._ui
         found = dict.fromkeys((*_NUMBERS, *(each for pair in _PAIRS for each in pair)), "")
         if xray is not None:
@@ -103,7 +103,7 @@ class XrayDetails:
             getattr(ui, name).placeholderText = text
 
     def _edited(self, *_ignored: Any) -> None:
-        """Read the whole form; a text that is no number is said and not stored."""
+        """Read the whole form; a text that is not a number is reported and not stored."""
         if self._showing or self._source is None:
             return
         ui = self._ui
@@ -124,7 +124,7 @@ class XrayDetails:
         fields["mirrored"] = _MIRRORED[ui.xrayMirrored.currentIndex]
         camera_transform = ui.xrayTransform.currentNode()
         if any(fields.get(key) != self._source.fields.get(key) for key in _DIRECTION):
-            # A direction that was typed takes the place of a camera that was given.
+            # A direction that was entered takes the place of a camera that was given.
             fields["extrinsic"], camera_transform = None, None
         fields = {key: value for key, value in fields.items() if value is not None}
         frame = ui.xrayFrame.value - 1 if ui.xrayFrame.enabled else self._source.frame
@@ -135,7 +135,7 @@ class XrayDetails:
         self._changed(changed)
 
     def _pair(self, names: tuple[str, str], field: str, shown: Sequence[float] | None) -> list[float] | None:
-        """Two numbers; where only one was typed, the other is the same (spacing) or as found (point)."""
+        """Two numbers; where only one was entered, the other is the same (spacing) or as found (point)."""
         edits = [getattr(self._ui, name) for name in names]
         values = [_number(edit, was) for edit, was in zip(edits, shown or (None, None), strict=True)]
         given = next((value for value in values if value is not None), None)

@@ -91,7 +91,7 @@ class XraysPart:
         return None if self.source is None else self.reader.report(self.source)
 
     def show(self, parameters: PolyPoseParameterNode | None) -> None:
-        """Show what the parameter node says now."""
+        """Show the parameter node as it is now."""
         self._parameters = parameters
         self._sources = xray_sources(parameters) if parameters is not None else []
         reports = [self.reader.report(source) for source in self._sources]
@@ -122,7 +122,7 @@ class XraysPart:
             self._store([each for row, each in enumerate(self._sources) if row != self.number])
 
     def read_geometry(self, path: str) -> None:
-        """Take the selected X-ray's geometry from a file, in place of what was typed."""
+        """Take the selected X-ray's geometry from a file, in place of what was entered."""
         source = self.source
         if source is None or not path:
             return
@@ -134,7 +134,7 @@ class XraysPart:
         self._replace(_without_source(source, {**_without_geometry(source), **fields}))
 
     def clear_geometry(self) -> None:
-        """Forget all that was typed or read about the selected X-ray's geometry."""
+        """Forget all that was entered or read about the selected X-ray's geometry."""
         source = self.source
         if source is not None:
             self._replace(_without_source(source, _without_geometry(source)))

@@ -17,7 +17,7 @@ from PolyPoseLib.errors import InputError
 from .process_tree import ProcessTree
 
 POLL_SECONDS = 0.02
-"""A poll gives up the main thread after this long, however much the child has written."""
+"""A poll returns after this long, however much the child has written."""
 
 LINE_BYTES = 1 << 16
 """Longer lines are read in pieces, so that a child that never ends a line cannot fill the memory."""
@@ -85,7 +85,7 @@ class Job:
 
     @property
     def log(self) -> list[str]:
-        """The last lines that the child wrote and that were no progress."""
+        """The last lines that the child wrote and that were not progress."""
         with self._log_lock:
             return list(self._log)
 
@@ -171,7 +171,7 @@ def step_of(line: str, load_preview: Callable[[str], Any] | None = None) -> Step
         return None
     preview = None
     if load_preview is not None and progress.preview is not None:
-        # A preview is a courtesy: a half-written or missing one is left out.
+        # A preview is optional: a half-written or missing one is left out.
         with contextlib.suppress(Exception):
             preview = load_preview(progress.preview)
     return Step(progress, preview)

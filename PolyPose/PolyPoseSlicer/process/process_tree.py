@@ -20,16 +20,16 @@ class ProcessTree:
     """A child process and its descendants; `stdout` and `stderr` are its pipes."""
 
     def __init__(
-        self, arguments: Sequence[str], environment: Mapping[str, str], folder: str, talks: bool = False
+        self, arguments: Sequence[str], environment: Mapping[str, str], folder: str, writable: bool = False
     ) -> None:
-        """Start it; raises OSError when that fails. talks: it is written to (process.stdin)."""
+        """Start it; raises OSError when that fails. writable: whether process.stdin is a pipe."""
         self._job: int | None = None
         self._killer: threading.Thread | None = None
         self.process = subprocess.Popen(
             list(arguments),
             env=dict(environment),
             cwd=folder,
-            stdin=subprocess.PIPE if talks else subprocess.DEVNULL,
+            stdin=subprocess.PIPE if writable else subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             **_platform_options(),

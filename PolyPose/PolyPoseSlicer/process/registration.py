@@ -116,7 +116,7 @@ class Registration(StudyRun):
         return arguments if self._preview is None else [*arguments, "--preview", str(self._preview)]
 
     def _load_preview(self, path: str) -> Any:
-        """The displacement field of a preview; only a file in our own folder is read."""
+        """The displacement field of a preview; only a file in the run's own folder is read."""
         if Path(path).resolve().parent != self._folder.resolve():
             return None
         return read_field(path)
@@ -167,7 +167,7 @@ class Registration(StudyRun):
                 return
 
     def _take_back(self) -> None:
-        """Remove new nodes, and give a transform node that was not ours the transform that it had."""
+        """Remove new nodes, and restore the transform of a node that existed before."""
         node = self.nodes.transform
         if node is not None and self._before_preview is not None and node.GetScene() is not None:
             node.SetAndObserveTransformFromParent(self._before_preview)

@@ -144,7 +144,7 @@ class RenderClient:
             if self._closed.is_set():
                 return
             arguments = [*self._command, "render", str(path)]
-            tree = self._tree = ProcessTree(arguments, self._environment, str(self._folder), talks=True)
+            tree = self._tree = ProcessTree(arguments, self._environment, str(self._folder), writable=True)
             if self._closed.is_set():
                 tree.kill()
             listener = threading.Thread(target=self._read_log, args=(tree,), daemon=True)

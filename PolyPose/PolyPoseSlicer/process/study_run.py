@@ -40,7 +40,7 @@ class RunError(PolyPoseError):
 
 
 class State(enum.Enum):
-    """Where a run is."""
+    """The stages of a run."""
 
     WRITING = "writing"
     RUNNING = "running"
@@ -128,11 +128,11 @@ class StudyRun:
         return None
 
     def _child_ended(self, job: Job) -> None:
-        """Take the result, or raise its error; afterwards the state is another."""
+        """Take the result or raise its error; changes the state."""
         raise NotImplementedError
 
     def _poll_loading(self) -> None:
-        """Do a part of what is left once the child has ended."""
+        """Continue the work that remains once the child has ended."""
 
     def _take_back(self) -> None:
         """Undo what was done to the scene: there is no result."""

@@ -1,4 +1,4 @@
-"""A C-arm as people set it: angles, distances and the table; and the camera that it means."""
+"""A C-arm as it is set up: angles, distances and the table's position; and the camera that follows from them."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def _box_mean(image: np.ndarray, radius: int) -> np.ndarray:
 
 
 def shrunk(image: np.ndarray, factor: int) -> np.ndarray:
-    """Block means of an image (H, W); rows and columns that fill no block are dropped."""
+    """Block means of an image (H, W); rows and columns that do not fill a block are dropped."""
     height, width = (size // factor for size in image.shape)
     blocks = image[: height * factor, : width * factor].reshape(height, factor, width, factor)
     return blocks.mean(axis=(1, 3), dtype=np.float32)

@@ -118,7 +118,7 @@ def structure_weight(
     form: str = "rigid",
     epsilon: float = 0.1,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """How much a structure's motion counts at every point of the CT: (k, j, i) from 0 to 1, index to RAS (4, 4).
+    """How strongly a structure's motion influences each point of the CT: (k, j, i) from 0 to 1, index to RAS (4, 4).
 
     form: as in PolyPoseLib.data.options. At rest, on a grid of about 4 mm. Raises InputError for an unknown name.
     """

@@ -13,7 +13,7 @@ from .frames import flip_vectors
 from .pixel_frames import frame_above
 
 OFF_PLANE_PIXELS = 1.0
-"""A point of an X-ray farther than this from its picture was picked elsewhere."""
+"""A point farther than this from the X-ray's plane was not picked on it."""
 
 CAMERA_REFERENCE = "PolyPose.Camera"
 """Role of the reference from an X-ray's list to the transform of the camera that the landmarks gave."""
@@ -39,7 +39,7 @@ class Pairs:
     """Points of a CT (N, 3) LPS mm and pixels of an X-ray (N, 2) [column, row] of its file that belong together.
 
     names: (N,); ct_indices, xray_indices: (N,) places in the two lists.
-    ct_alone, xray_alone: names of points without a partner; off_image: of points that lie beside the X-ray's picture.
+    ct_alone, xray_alone: names of points without a partner; off_image: of points that do not lie on the X-ray.
     """
 
     names: tuple[str, ...]
@@ -70,7 +70,7 @@ class Pairs:
 def pairs_of(
     ct: slicer.vtkMRMLMarkupsFiducialNode | None, xray: slicer.vtkMRMLMarkupsFiducialNode | None
 ) -> Pairs:
-    """The pairs of two lists; points of an X-ray list that is in no pixel frame are all off_image."""
+    """The pairs of two lists; an X-ray's list outside of every pixel frame has all of its points off the image."""
     in_ct = [Point(p.index, p.name, flip_vectors(p.position)) for p in _points(ct, world=True)]
     in_frame = frame_above(xray) is not None
     in_xray = _points(xray, world=not in_frame)
@@ -103,7 +103,7 @@ def matched(first: Sequence[Point], second: Sequence[Point]) -> list[tuple[Point
 
 
 def _points(node: slicer.vtkMRMLMarkupsFiducialNode | None, world: bool) -> list[Point]:
-    """Points that were placed; the one that follows the mouse is none yet."""
+    """Points that were placed; the one that follows the mouse does not count yet."""
     if node is None:
         return []
     read = node.GetNthControlPointPositionWorld if world else node.GetNthControlPointPosition
@@ -140,7 +140,7 @@ def fill(
 
 
 def name_new_point(node: slicer.vtkMRMLMarkupsFiducialNode) -> None:
-    """Give the last point the first number that is free, so that a point picked anew finds its partner again."""
+    """Give the last point the first number that is free, so that a point picked again finds its old partner."""
     last = node.GetNumberOfControlPoints() - 1
     if last < 0 or not node.GetNthControlPointLabel(last).isdigit():
         return

@@ -23,7 +23,7 @@ PART_ATTRIBUTE = "PolyPose.View"
 """Attribute of the nodes that are drawn here: the view's number and what the node is."""
 
 _FIRST_GROUP = 6120
-"""View groups below it are left to others; a layout that shows the same slices twice counts from 0."""
+"""View groups below it belong to others; a layout that shows the same slices twice counts from 0."""
 
 _BEAM_COLOR = (0.95, 0.75, 0.2)
 _SOURCE_RADIUS_MM = 12.0

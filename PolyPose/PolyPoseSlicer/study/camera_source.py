@@ -26,7 +26,7 @@ class CameraSource(enum.Enum):
         return next((source for source in cls if source.value == text), cls.AUTO)
 
     def label(self) -> str:
-        """What people read."""
+        """Its label for people."""
         return {
             "auto": _("automatic: the best available"),
             "carm": _("C-arm placed by hand"),
@@ -55,7 +55,7 @@ def entry_of_source(
 ) -> dict[str, Any]:
     """The fields of an X-ray's entry in a study, so that the registration uses this camera source.
 
-    fields: what was typed. extrinsic: (4, 4) of the camera's transform, when the registration starts from it.
+    fields: what was entered. extrinsic: (4, 4) of the camera's transform, when the registration starts from it.
     landmarks: picked pairs, see PolyPoseLib.data.landmarks; empty when there are none.
     """
     entry = dict(fields)

@@ -1,4 +1,4 @@
-"""The camera that picked landmarks give, how well it fits each of them, and what speaks against it."""
+"""The camera that picked landmarks give, how well it fits each of them, and what makes it uncertain."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class LandmarkFit:
     """solution: None when no camera follows; problem: then the sentence that says why.
 
-    warnings: clauses that speak against the camera. projected: (N, 2) pixels of the file.
+    warnings: clauses that say why the camera is uncertain. projected: (N, 2) pixels of the file.
     """
 
     pairs: Pairs
@@ -33,7 +33,7 @@ class LandmarkFit:
 
     @property
     def sure(self) -> bool:
-        """Whether the camera may be used without a look."""
+        """Whether the camera may be used without being reviewed."""
         return self.solution is not None and not self.warnings
 
 
@@ -64,7 +64,7 @@ def fit_landmarks(pairs: Pairs, xray: Xray) -> LandmarkFit:
 
 
 def fit_sentence(fit: LandmarkFit) -> str:
-    """What a person has to know about a fit, in a few lines."""
+    """A fit in a few lines for people."""
     lines = []
     if fit.solution is None:
         lines.append(fit.problem)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LoadedXray:
-    """One X-ray as the registration saw it: line integrals (H, W), and the distance of its detector."""
+    """One X-ray as the registration read it: line integrals (H, W), and the distance of its detector."""
 
     name: str
     image: np.ndarray

@@ -40,7 +40,7 @@ class Preset(enum.Enum):
     PAPER = "paper"
 
     def label(self) -> str:
-        """What people read."""
+        """Its label for people."""
         return {
             "default": _("Default"),
             "fast": _("Fast (for a first look)"),
@@ -56,7 +56,7 @@ class Device(enum.Enum):
     CUDA = "cuda"
 
     def label(self) -> str:
-        """What people read."""
+        """Its label for people."""
         return {"auto": _("Automatic"), "cpu": _("Processor (CPU)"), "cuda": _("Graphics card (GPU, CUDA)")}[
             self.value
         ]

@@ -1,4 +1,4 @@
-"""Puts a loaded result into the scene: one node a step, so that a panel stays alive meanwhile."""
+"""Puts a loaded result into the scene: one node per step, so that the panel stays responsive."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class OutputNodes:
         return not self.distrust
 
     def remove_made(self) -> None:
-        """Take back the nodes that were made for a result that failed."""
+        """Remove the nodes that were made for a result that failed."""
         for node in self.made:
             if node.GetScene() is not None:
                 node.GetScene().RemoveNode(node)
@@ -241,7 +241,7 @@ def _fill_plot(nodes: OutputNodes, history: list[dict[str, Any]], name: str) -> 
 
 
 def fill_similarity_table(node: slicer.vtkMRMLTableNode, similarities: list[float]) -> None:
-    """A table with one row an iteration."""
+    """A table with one row per iteration."""
     numbers = [float(number) for number in range(1, len(similarities) + 1)]
     set_table(node, {"iteration": numbers, "similarity": similarities})
 

@@ -24,7 +24,7 @@ LOST_SHARE = 0.02
 """A segment that loses more than this part of its voxels to other structures gets a warning."""
 
 UNKNOWN_SPACING = (1.0, 1.0)
-"""What Slicer gives an image whose file has no pixel spacing; it is not passed on as a fact."""
+"""The spacing that Slicer gives an image whose file has none; it is not passed on."""
 
 
 @dataclass

@@ -87,7 +87,7 @@ class XraySource:
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """Its name for people."""
         given = self.fields.get("name")
         if given:
             return str(given)
@@ -111,7 +111,7 @@ class XraySource:
         if len(uids) == 1:
             path, frame = database.fileForInstance(uids[0]), self.frame
         else:
-            # One file an image: the sequence's frame is the file's place in the list.
+            # One file per image: the sequence's frame is the file's place in the list.
             path, frame = database.fileForInstance(uids[min(self.frame or 0, len(uids) - 1)]), None
         return (path, frame) if path and Path(path).is_file() else ("", None)
 
@@ -209,7 +209,7 @@ def _frame_node(sequence: slicer.vtkMRMLSequenceNode, frame: int | None) -> slic
 
 
 def fields_from_text(text: str) -> dict[str, Any]:
-    """Typed fields from their text in the parameter node; raises InputError when it is damaged."""
+    """Entered fields from their text in the parameter node; raises InputError when it is damaged."""
     fields = json.loads(text or "{}")
     if not isinstance(fields, dict):
         raise InputError(_("The stored fields of an X-ray are damaged: remove the X-ray and add it again."))
