@@ -12,9 +12,7 @@ from typing import TypeVar
 from PolyPoseLib.errors import InputError, unknown_name
 
 TABLES = ("totalsegmentator_v1", "totalsegmentator_v2", "totalsegmentator_v3")
-"""Known tables: the task "total" of TotalSegmentator, release 1, releases 2.0 to 2.x, and its v3 model (L6
-for S1).
-"""
+"""Known tables: the task "total" of TotalSegmentator, release 1, releases 2.0 to 2.x, and its v3 model (L6 for S1)."""
 
 DETAILS = ("regions", "bones")
 """How finely bones are proposed: vertebrae by region and ribs by side, or every one by itself."""
@@ -89,10 +87,15 @@ def label_table(table: str) -> dict[int, str]:
 
 
 def structure_of(name: str, detail: str = "regions") -> str | None:
-    """The structure in which a bone of this name usually moves, or None when the name is of no bone.
+    """The structure in which a bone usually moves, or None when the name is of no bone.
 
-    Understands TotalSegmentator's names (hip_left, vertebrae_L5) and Slicer's standard ones (Left hip, L5
-    vertebra).
+    Parameters
+    ----------
+    name
+        TotalSegmentator's (hip_left, vertebrae_L5) or Slicer's standard name (Left hip, L5 vertebra).
+    detail
+        One of `DETAILS`.
+
     """
     words = name.strip().lower().replace("_", " ").replace("-", " ")
     sides = [side for side in ("left", "right") if re.search(rf"\b{side}\b", words)]
@@ -117,9 +120,25 @@ def propose_structures(
 ) -> dict[str, list[Label]]:
     """Group labels into structures that usually move as one rigid body.
 
-    labels: ids of a label map (then table says whose ids they are, never guessed), or names of segments.
-    Returns {structure: labels of the kind given}; labels that are no bones are left out.
-    Raises InputError for an unknown table or detail, and for ids without a table.
+    Parameters
+    ----------
+    labels
+        Numbers of a label map, or names of segments.
+    table
+        Whose numbers they are; required for numbers.
+    detail
+        One of `DETAILS`.
+
+    Returns
+    -------
+    dict
+        {structure: labels of the kind given}; labels that are no bones are left out.
+
+    Raises
+    ------
+    InputError
+        An unknown table or detail, and numbers without a table.
+
     """
     if detail not in DETAILS:
         raise InputError(unknown_name("detail", detail, DETAILS))
@@ -139,9 +158,7 @@ def propose_structures(
 
 
 def propose_anchor(structures: Sequence[str]) -> str | None:
-    """The structure by which cameras are best found: the pelvis, else a region of the spine, else the
-    first.
-    """
+    """The structure by which cameras are best found: the pelvis, else a region of the spine, else the first."""
     for name in _ANCHORS:
         if name in structures:
             return name

@@ -1,4 +1,4 @@
-"""What reading one X-ray leaves behind for people: where every number came from, and what looks doubtful."""
+"""What reading one X-ray reports to people: the origin of every number, and what is uncertain."""
 
 from __future__ import annotations
 
@@ -10,11 +10,16 @@ from dataclasses import dataclass, field
 class Notes:
     """Sentences collected while one X-ray is read; they never hold a patient's name or number.
 
-    Attributes:
-        where: the X-ray and its file, the opening of every sentence that reports an error.
-        entry: where the user mends it, for example "study.json".
-        provenance: one line a number or decision, with its origin.
-        warnings: one line a doubt, with the field that settles it.
+    Attributes
+    ----------
+    where
+        The X-ray and its file, the opening of every sentence that reports an error.
+    entry
+        Where the user corrects it, for example "study.json".
+    provenance
+        One line for each number or decision, with its origin.
+    warnings
+        One line for each uncertainty, with the field that settles it.
 
     """
 
@@ -24,11 +29,11 @@ class Notes:
     warnings: list[str] = field(default_factory=list)
 
     def say(self, line: str) -> None:
-        """Record where a number came from."""
+        """Record the origin of a number."""
         self.provenance.append(line)
 
     def warn(self, line: str) -> None:
-        """Record a doubt."""
+        """Record an uncertainty."""
         self.warnings.append(line)
 
 

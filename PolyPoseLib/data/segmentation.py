@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from PolyPoseLib.data.volume import Volume, resample_labels_onto
 from PolyPoseLib.errors import InputError, nearest
 
 _MAX_LABEL = 100_000
+"""Larger values come from an image, not from a label map."""
 
 
 @dataclass(frozen=True)
@@ -26,17 +27,29 @@ class Segment:
 class Segmentation:
     """Label maps on one grid, one per layer, and the names of their segments when the file has them.
 
-    layers: volumes of whole numbers, 0 is background.
-    segments: empty for a plain label map.
-    source: name for messages.
+    Attributes
+    ----------
+    layers
+        Volumes of whole numbers, 0 is background.
+    segments
+        Empty for a plain label map.
+    source
+        Name for messages.
+
+    Raises
+    ------
+    InputError
+        From the constructor: no layer, values that are no labels, or a segment in a layer that does not exist.
+
     """
 
     layers: tuple[Volume, ...]
     segments: tuple[Segment, ...] = ()
     source: str = "segmentation"
+    _present: tuple[np.ndarray, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Check the layers' values and the segments' layers; raises InputError."""
+        """Validate, and fix the types."""
         if not self.layers:
             raise InputError(f"{self.source}: the segmentation has no layer: export it again.")
         layers = tuple(_whole_numbers(each, self.source) for each in self.layers)
@@ -64,7 +77,28 @@ class Segmentation:
         return any(name in (segment.name, segment.identifier) for segment in self.segments)
 
     def find(self, label: int | str, structure: str) -> tuple[int, int]:
-        """The (layer, label) of a label number or segment name; raises InputError naming the structure."""
+        """Where the voxels of a label are.
+
+        Parameters
+        ----------
+        label
+            A label's number, or a segment's name or identifier.
+        structure
+            Whose label it is, for the sentences.
+
+        Returns
+        -------
+        layer
+            Number of the layer.
+        label
+            The label there.
+
+        Raises
+        ------
+        InputError
+            Unknown, empty, or in several layers.
+
+        """
         return (
             self._find_number(label, structure)
             if isinstance(label, int)
@@ -123,9 +157,9 @@ class Segmentation:
                 'list numbers, or say by "label_table" whose names they are.'
             )
         names = [segment.name for segment in self.segments]
-        guess = nearest(name, names)
-        mend = f'did you mean "{guess}"?' if guess else f"choose from {', '.join(names[:30])}."
-        return f'{self.source}: structure "{structure}" lists "{name}", but no segment has that name: {mend}'
+        similar = nearest(name, names)
+        fix = f'did you mean "{similar}"?' if similar else f"choose from {', '.join(names[:30])}."
+        return f'{self.source}: structure "{structure}" lists "{name}", but no segment has that name: {fix}'
 
 
 def _labels_present(voxels: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 SHEAR_TOLERANCE_MM = 1.0
-"""Largest sideways drift over the whole grid that is taken for rounding."""
+"""Largest sideways drift over the whole grid that rounding may cause."""
 
 SHEAR_FIX = (
     "resample the CT to a straight grid first, for example by Slicer's Acquisition Geometry Regularization"
@@ -20,13 +20,23 @@ _PERPENDICULAR = 1e-7
 
 
 def sideways_drift(axes: np.ndarray, sizes: np.ndarray) -> tuple[float, float]:
-    """(mm, degrees) by which two of a grid's axes depart from perpendicular, for the worst pair.
+    """How far two of a grid's axes depart from perpendicular, for the worst pair.
 
     The drift is that of the shorter axis' last voxel when the longer axis is kept.
 
-    Args:
-        axes: (3, 3), in its columns the steps along (i, j, k) in mm, none of them zero.
-        sizes: (3,) voxels along (i, j, k).
+    Parameters
+    ----------
+    axes
+        (3, 3), in its columns the steps along (i, j, k) in mm, none of them zero.
+    sizes
+        (3,) voxels along (i, j, k).
+
+    Returns
+    -------
+    drift
+        Millimetres.
+    angle
+        Degrees from perpendicular.
 
     """
     steps = np.linalg.norm(axes, axis=0)
@@ -38,7 +48,16 @@ def sideways_drift(axes: np.ndarray, sizes: np.ndarray) -> tuple[float, float]:
 
 
 def straightened(axes: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """The axes (3, 3) made perpendicular where rounding bent them, the longest kept; sheared ones as they are."""
+    """Axes made perpendicular where rounding bent them, the longest kept; sheared ones stay as they are.
+
+    Parameters
+    ----------
+    axes
+        (3, 3), in its columns the steps along (i, j, k) in mm.
+    sizes
+        (3,) voxels along (i, j, k).
+
+    """
     steps = np.linalg.norm(axes, axis=0)
     if not (steps > 0).all() or np.abs(_cosines(axes)).max() < _PERPENDICULAR:
         return axes

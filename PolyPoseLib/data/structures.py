@@ -3,47 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from PolyPoseLib.data.label_names import label_table, propose_structures
+from PolyPoseLib.data.label_names import label_table
 from PolyPoseLib.data.segmentation import Segmentation
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError, nearest
 
-__all__ = [
-    "OVERLAP_TOLERANCE",
-    "Structures",
-    "build_structures",
-    "propose_structures",
-    "structures_from_labels",
-]
-
 OVERLAP_TOLERANCE = 0.02
-"""Share of the smaller structure's voxels that a larger one may also claim; those stay with the smaller
-one.
-"""
+"""Share of the smaller structure's voxels that a larger one may also claim; those stay with the smaller one."""
 
 FEW_VOXELS = 64
 """A structure with fewer voxels than this gets a warning: it can hardly be located in an X-ray."""
 
 _MAX_STRUCTURES = 1000
+"""More names are a mistake, and int16 labels must hold them."""
 
 
 @dataclass(frozen=True)
 class Structures:
     """Which voxel of the CT belongs to which structure.
 
-    names: one per structure, all different.
-    labels: (k, j, i) int16 on the CT's grid; 0 is background, n belongs to names[n - 1].
+    Attributes
+    ----------
+    names
+        One per structure, all different.
+    labels
+        (k, j, i) int16 on the CT's grid; 0 is background, n belongs to names[n - 1].
+
+    Raises
+    ------
+    InputError
+        From the constructor: a structure without voxels, or a voxel of no structure.
+
     """
 
     names: tuple[str, ...]
     labels: np.ndarray
+    _counts: np.ndarray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Check that every structure has voxels and every voxel a structure; raises InputError."""
+        """Validate, and fix the types."""
         names = tuple(self.names)
         labels = np.asarray(self.labels)
         if labels.ndim != 3 or not np.issubdtype(labels.dtype, np.integer):
@@ -75,9 +77,9 @@ class Structures:
     def index(self, name: str) -> int:
         """Position of a structure in names; raises InputError when there is none of that name."""
         if name not in self.names:
-            guess = nearest(name, self.names)
-            mend = f'did you mean "{guess}"?' if guess else f"give one of {', '.join(self.names)}."
-            raise InputError(f'There is no structure "{name}": {mend}')
+            similar = nearest(name, self.names)
+            fix = f'did you mean "{similar}"?' if similar else f"give one of {', '.join(self.names)}."
+            raise InputError(f'There is no structure "{name}": {fix}')
         return self.names.index(name)
 
     def mask(self, name: str) -> np.ndarray:
@@ -89,9 +91,7 @@ class Structures:
         return self._counts.copy()
 
     def volume_share(self) -> np.ndarray:
-        """Share of each structure in the volume of all, (K,) float64, sum 1: the masses m_k of the
-        weights.
-        """
+        """Share of each structure in the volume of all, (K,) float64, sum 1: the masses m_k of the weights."""
         counts = self.voxel_counts()
         return counts / counts.sum()
 
@@ -108,7 +108,23 @@ class Structures:
 def structures_from_labels(
     labels: Volume, groups: Mapping[str, Sequence[int | str]], ct: Volume
 ) -> Structures:
-    """Structures from a plain label map and {structure: [labels]}, on the CT's grid; raises InputError."""
+    """Structures on the CT's grid from a plain label map.
+
+    Parameters
+    ----------
+    labels
+        The label map; another grid is resampled by nearest neighbour.
+    groups
+        {structure: [labels]}.
+    ct
+        Gives the grid.
+
+    Raises
+    ------
+    InputError
+        As `build_structures`.
+
+    """
     return build_structures(Segmentation.from_labels(labels), groups, ct)[0]
 
 
@@ -118,12 +134,34 @@ def build_structures(
     ct: Volume,
     table: str | None = None,
 ) -> tuple[Structures, tuple[str, ...]]:
-    """Structures on the CT's grid and warnings.
+    """Structures on the CT's grid.
 
-    groups: {structure: labels}; a label is a number of the label map or the name of a segment. With a table
-    ("totalsegmentator_v2", ...) a name may also be one of the table's.
-    Where two structures claim the same voxels, the smaller one keeps them, with a warning, up to
-    OVERLAP_TOLERANCE of its own; more raises InputError. So do labels that the segmentation does not hold.
+    Where two structures claim the same voxels, the smaller one keeps them, with a warning, up to `OVERLAP_TOLERANCE`
+    of its own.
+
+    Parameters
+    ----------
+    segmentation
+        A label map, or layers with named segments.
+    groups
+        {structure: labels}; a label is a number of the label map or the name of a segment.
+    ct
+        Gives the grid.
+    table
+        A label table ("totalsegmentator_v2", ...) whose names may be used besides those of segments.
+
+    Returns
+    -------
+    structures
+        Structures in the order of `groups`.
+    warnings
+        Sentences about overlaps and very small structures.
+
+    Raises
+    ------
+    InputError
+        Larger overlaps, labels that the segmentation does not hold, and structures outside the CT.
+
     """
     if not groups:
         raise InputError('"structures" is empty: name at least the anchor with its labels.')
@@ -167,8 +205,10 @@ def _members(
             raise InputError(f'Structure "{structure}" has no labels: list at least one, or remove it.')
         members[structure] = []
         for label in labels:
-            is_table_name = label in ids and not segmentation.has_segment(label)
-            pair = segmentation.find(ids[label] if is_table_name else label, structure)
+            number = (
+                ids.get(label) if isinstance(label, str) and not segmentation.has_segment(label) else None
+            )
+            pair = segmentation.find(label if number is None else number, structure)
             if pair in owner:
                 twice = "twice" if owner[pair] == structure else f'by structure "{owner[pair]}" too'
                 raise InputError(

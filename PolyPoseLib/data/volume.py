@@ -1,4 +1,4 @@
-"""A voxel grid in patient space, and the files it comes from."""
+"""A voxel grid in patient space."""
 
 from __future__ import annotations
 
@@ -22,22 +22,32 @@ WATER_ATTENUATION_PER_MM = 0.02
 
 
 GRID_TOLERANCE_MM = 1e-2
-"""Two grids are one when no corner differs by more than this."""
+"""Grids whose corners differ by no more count as the same."""
 
 
 @dataclass(frozen=True)
 class Volume:
-    """Voxels and where they are.
+    """Voxels and where they are; a Volume that exists is valid.
 
-    voxels: array indexed (k, j, i).
-    affine: (4, 4) float64, homogeneous index (i, j, k, 1) to LPS millimetres; any handedness.
+    Attributes
+    ----------
+    voxels
+        Array indexed (k, j, i).
+    affine
+        (4, 4) float64, homogeneous index (i, j, k, 1) to LPS millimetres; any handedness.
+
+    Raises
+    ------
+    InputError
+        From the constructor: other than three dimensions, no voxels, or an affine that cannot be inverted.
+
     """
 
     voxels: np.ndarray
     affine: np.ndarray
 
     def __post_init__(self) -> None:
-        """Check the shapes and that the affine can be inverted; raises InputError."""
+        """Validate, and fix the types."""
         voxels = np.asarray(self.voxels)
         affine = np.asarray(self.affine, dtype=np.float64)
         if voxels.ndim != 3:
@@ -64,11 +74,6 @@ class Volume:
     def spacing(self) -> np.ndarray:
         """Distance between voxel centres along (i, j, k) in mm, shape (3,)."""
         return np.linalg.norm(self.affine[:3, :3], axis=0)
-
-    @property
-    def voxel_volume_mm3(self) -> float:
-        """Volume of one voxel in cubic millimetres."""
-        return float(abs(np.linalg.det(self.affine[:3, :3])))
 
     @property
     def bounds_center(self) -> np.ndarray:
@@ -135,9 +140,22 @@ class Volume:
 
 
 def hounsfield_to_attenuation(hu: np.ndarray) -> np.ndarray:
-    """Linear attenuation in 1/mm, float32 of the same shape, from Hounsfield units.
+    """Linear attenuation in 1/mm: mu = mu_water (1 + HU / 1000), and 0 at and below air.
 
-    mu = mu_water (1 + HU / 1000), the definition of the unit (DICOM C.11.1.1.2); 0 at and below air.
+    Parameters
+    ----------
+    hu
+        Hounsfield units, any shape.
+
+    Returns
+    -------
+    numpy.ndarray
+        1/mm, float32 of the same shape.
+
+    References
+    ----------
+    Definition of the Hounsfield unit: DICOM PS3.3 C.11.1.1.2.
+
     """
     mu = np.array(hu, dtype=np.float32)
     mu -= np.float32(AIR_HU)
@@ -147,7 +165,16 @@ def hounsfield_to_attenuation(hu: np.ndarray) -> np.ndarray:
 
 
 def odd_hounsfield_values(ct: Volume, name: str | Path) -> tuple[str, ...]:
-    """Warnings about a CT whose values are possible but odd; name says in them whose values they are."""
+    """Warnings about a CT whose values are possible but unusual.
+
+    Parameters
+    ----------
+    ct
+        Hounsfield units.
+    name
+        Whose values they are, for the sentences.
+
+    """
     low, high = float(ct.voxels.min()), float(ct.voxels.max())
     warnings = []
     if low > -500:

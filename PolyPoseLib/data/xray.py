@@ -1,6 +1,4 @@
-"""One X-ray read from a file: line integrals, a mask, K, an initial camera, and where every number came
-from.
-"""
+"""One X-ray read from a file: line integrals, a mask, K, a camera, and the origin of every number."""
 
 from __future__ import annotations
 
@@ -17,6 +15,7 @@ from PolyPoseLib.geometry.carm import with_isocenter
 from PolyPoseLib.geometry.rigid import require_rigid
 
 CAMERA_STATES = ("known", "initial", "absent")
+"""What is known of a camera: fixed, to be refined, or to be found."""
 
 DISTANCE_RANGE_MM = (50.0, 20000.0)
 """From an X-ray's source to its detector or isocentre."""
@@ -26,28 +25,47 @@ DISTANCE_RANGE_MM = (50.0, 20000.0)
 class Xray:
     """One X-ray; an Xray that exists is valid.
 
-    Attributes:
-        image: (H, W) float32 line integrals, unitless: larger behind bone. As seen from the source.
-        mask: (H, W) bool, True where the image may be used.
-        intrinsics: K (3, 3) in pixels of `image`, centres at whole numbers.
-        extrinsic: (4, 4) world LPS mm to camera, None when absent.
-        camera: "known", "initial" (a guess to refine) or "absent".
-        pixel_spacing_mm: at the detector, (between rows, between columns).
-        source_to_detector_mm: distance from the source to the detector.
-        name: shown to people.
-        provenance: where every number came from, one line each.
-        warnings: what looks doubtful, one line each.
-        initial_radius: (degrees, mm) within which the truth is expected around a guess, None when unknown.
-        mirrored: whether `image` is the file's image with its columns in reverse order.
-        isocenter: (3,) LPS mm, the point that a guess from DICOM puts at the isocentre; None for other
-            extrinsics.
-        table_mm: (3,) LPS mm, how far the table had carried the patient, from the file's own zero; or None.
-        standard_view: one of geometry.standard_views.STANDARD_VIEWS, or None.
-        landmarks: points with pixels of `image`, or None.
-        rig: the camera's place in a rig whose cameras keep their relative pose, or None.
+    Attributes
+    ----------
+    image
+        (H, W) float32 line integrals, unitless: larger behind bone. As seen from the source.
+    mask
+        (H, W) bool, True where the image may be used.
+    intrinsics
+        K (3, 3) in pixels of `image`, centres at whole numbers.
+    extrinsic
+        (4, 4) world LPS mm to camera, None when absent.
+    camera
+        "known", "initial" (to be refined) or "absent".
+    pixel_spacing_mm
+        At the detector, (between rows, between columns).
+    source_to_detector_mm
+        Distance from the source to the detector.
+    name
+        Shown to people.
+    provenance
+        Origin of every number, one line each.
+    warnings
+        What is uncertain, one line each.
+    initial_radius
+        (degrees, mm) within which the truth is expected around an initial camera, None when unknown.
+    mirrored
+        Whether `image` is the file's image with its columns in reverse order.
+    isocenter
+        (3,) LPS mm, the point that an initial camera from DICOM puts at the isocentre; None for other extrinsics.
+    table_mm
+        (3,) LPS mm, how far the table had carried the patient, from the file's own zero; or None.
+    standard_view
+        One of geometry.standard_views.STANDARD_VIEWS, or None.
+    landmarks
+        Points with pixels of `image`, or None.
+    rig
+        The camera's place in a rig whose cameras keep their relative pose, or None.
 
-    Raises:
-        InputError: from the constructor, when a shape or a rule is broken.
+    Raises
+    ------
+    InputError
+        From the constructor, when a shape or a rule is broken.
 
     """
 
@@ -95,9 +113,9 @@ class Xray:
             object.__setattr__(self, key, value)
 
     def placed_at(self, isocenter: ArrayLike) -> Xray:
-        """Return the X-ray with a guess from angles moved so that this point (3,) LPS mm is at the isocentre.
+        """The X-ray with its initial camera from angles moved so that this point (3,) LPS mm is at the isocentre.
 
-        Other X-rays, and those whose isocentre was told, are returned as they are.
+        Other X-rays, and those whose isocentre was given, are returned as they are.
         """
         if self.isocenter is None or self.extrinsic is None or np.any(self.isocenter):
             return self
@@ -106,15 +124,19 @@ class Xray:
 
 
 def place_isocenter(xrays: Sequence[Xray], isocenter: ArrayLike) -> tuple[Xray, ...]:
-    """Place the guesses of several X-rays on one point of the patient, minding how the table moved between
-    them.
+    """Place initial cameras of several X-rays at one point of the patient, following the table between them.
 
-    Args:
-        xrays: of one patient and session.
-        isocenter: (3,) LPS mm, the point at the isocentre in the first view whose guess comes from DICOM.
+    Parameters
+    ----------
+    xrays
+        Of one patient and session.
+    isocenter
+        (3,) LPS mm, the point at the isocentre in the first view whose initial camera comes from DICOM.
 
-    Returns:
-        The X-rays in their order; those whose camera is given or absent, or whose isocentre was told, are unchanged.
+    Returns
+    -------
+    tuple[Xray, ...]
+        The X-rays in their order; those whose camera is given or absent, or whose isocentre was given, are unchanged.
 
     """
     point = np.asarray(isocenter, dtype=np.float64)
@@ -128,12 +150,22 @@ def place_isocenter(xrays: Sequence[Xray], isocenter: ArrayLike) -> tuple[Xray, 
 
 @dataclass(frozen=True, eq=False)
 class RigPose:
-    """Where one camera of a rig stands.
+    """Where one camera of a rig stands. Cameras with different frames are not related.
 
-    name: of the rig; extrinsic: (4, 4) from the rig's own world (mm), whatever that is, to this camera; frame: which
-    world that is, one of CALIBRATION_FRAMES.  Cameras with different frames are not related.
+    Attributes
+    ----------
+    name
+        Of the rig.
+    extrinsic
+        (4, 4) from the rig's own world (mm), whatever that is, to this camera.
+    frame
+        Which world that is: "own" (the calibration's) or "ct".
 
-    Raises InputError when the extrinsic is not rigid and finite.
+    Raises
+    ------
+    InputError
+        From the constructor, when the extrinsic is not rigid and finite.
+
     """
 
     name: str

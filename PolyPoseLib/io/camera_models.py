@@ -24,10 +24,25 @@ from PolyPoseLib.learned.view_range import ViewRange
 FORMAT = "polypose camera model"
 VERSION = 1
 MAX_BYTES = 1 << 30
+"""Larger files are not read."""
 
 
 def save_model(model: CameraModel, path: Path | FileClaim) -> None:
-    """Write a model whole or not at all; raises InputError when the system refuses."""
+    """Write a model whole or not at all.
+
+    Parameters
+    ----------
+    model
+        The trained model.
+    path
+        File to write, replaced if it exists.
+
+    Raises
+    ------
+    InputError
+        The system refuses.
+
+    """
     fields = {
         "format": FORMAT,
         "version": VERSION,
@@ -46,7 +61,14 @@ def save_model(model: CameraModel, path: Path | FileClaim) -> None:
 
 
 def load_model(path: Path) -> CameraModel:
-    """Read a model; raises InputError for anything that is not one, or not whole. Nothing in it is executed."""
+    """Read a model. Nothing in the file is executed.
+
+    Raises
+    ------
+    InputError
+        Another kind of file, another version, damaged or changed.
+
+    """
     fields = read_tensors(path, "camera model")
     kind, version = fields.get("format"), fields.get("version")
     if not isinstance(kind, str) or kind != FORMAT:
@@ -56,11 +78,11 @@ def load_model(path: Path) -> CameraModel:
     if type(version) is not int or version != VERSION:
         known = f"version {version}" if type(version) is int and 0 <= version < 10**6 else "no version"
         raise InputError(
-            f"{path}: the camera model has {known}, but this program reads version {VERSION}: train it anew."
+            f"{path}: the camera model has {known}, but this program reads version {VERSION}: train it again."
         )
     try:
         if fields.pop("digest") != _digest(fields):
-            raise InputError("The camera model was changed after it was written: train it anew.")
+            raise InputError("The camera model was changed after it was written: train it again.")
         sizes = fields["architecture"]
         views = fields["views"]
         return CameraModel(
@@ -75,11 +97,27 @@ def load_model(path: Path) -> CameraModel:
         raise InputError(f"{path}: {error}") from error
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RuntimeError) as error:
         # RuntimeError: tensors in the place of numbers, or such as numpy has not, sparse ones for example.
-        raise InputError(f"{path}: the camera model is damaged: train it anew.") from error
+        raise InputError(f"{path}: the camera model is damaged: train it again.") from error
 
 
 def load_regressor(path: str | Path, ct: Volume, structures: Structures, anchor: str) -> CameraRegressor:
-    """A camera regressor for one CT; raises InputError when the file is damaged or of another CT or anchor."""
+    """A camera regressor for one CT.
+
+    Parameters
+    ----------
+    path
+        A file that `save_model` wrote.
+    ct
+        The CT that it was trained on.
+    structures, anchor
+        The structures and the one that defines the cameras.
+
+    Raises
+    ------
+    InputError
+        The file is damaged or of another CT or anchor.
+
+    """
     path = Path(path)
     model = load_model(path)
     try:
@@ -99,7 +137,21 @@ def write_tensors(fields: dict[str, Any], path: Path | FileClaim) -> None:
 
 
 def read_tensors(path: Path, what: str) -> dict[str, Any]:
-    """Tensors and plain values of a file, nothing else: code in it is refused.  Raises InputError."""
+    """Tensors and plain values of a file, nothing else: code in it is refused.
+
+    Parameters
+    ----------
+    path
+        The file.
+    what
+        What the caller expects, for the sentences.
+
+    Raises
+    ------
+    InputError
+        Absent, too large, damaged, or another kind of file.
+
+    """
     refuse_special_file(path)
     try:
         size = path.stat().st_size
@@ -114,14 +166,14 @@ def read_tensors(path: Path, what: str) -> dict[str, Any]:
     except InputError:
         raise
     except Exception as error:  # torch raises many kinds for files that are damaged or hostile
-        raise InputError(f"{path}: this is no {what}, or a damaged one: train it anew.") from error
+        raise InputError(f"{path}: this is no {what}, or a damaged one: train it again.") from error
     if not isinstance(fields, dict):
         raise InputError(f"{path}: this is no {what}: train one.")
     return fields
 
 
 def _digest(fields: dict[str, Any]) -> str:
-    """SHA256 over all values: it tells damage, not malice."""
+    """SHA256 over all values: it detects damage, not malice."""
     digest = hashlib.sha256()
     plain = {name: value for name, value in fields.items() if name not in ("state", "digest")}
     digest.update(json.dumps(plain, sort_keys=True).encode())

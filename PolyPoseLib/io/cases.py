@@ -14,7 +14,8 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.json_records import json_text
 from PolyPoseLib.io.truths import save_truth
 from PolyPoseLib.io.volumes import write_volume
-from PolyPoseLib.io.xray.writer import write_xray_dicom
+from PolyPoseLib.io.xray.storage import Storage
+from PolyPoseLib.io.xray.writer import Stand, write_xray_dicom
 from PolyPoseLib.simulation.case_study import given_camera, pixel_spacing
 from PolyPoseLib.simulation.truth import truth_of
 
@@ -154,16 +155,22 @@ def _write_dicom(
 ) -> None:
     """Write one view as XA in the bits that were measured; its angles are those of the camera given."""
     physics = case.options.physics
-    write_xray_dicom(
-        path,
-        case.images[number],
+    stand = Stand(
         source_to_detector_mm=source_to_detector_mm,
         pixel_spacing_mm=pixel_spacing(given, source_to_detector_mm),
         source_to_isocenter_mm=float(np.linalg.norm(given.source - case.ct.bounds_center)),
         extrinsic=given.extrinsic,
+    )
+    storage = Storage(
         bits=max(physics.bits, 8) if physics.bits else 16,
         encoding=physics.encoding,
         saturation=physics.saturation,
+    )
+    write_xray_dicom(
+        path,
+        case.images[number],
+        stand,
+        storage,
         description=f"view {number + 1}",
         study=f"simulated case {case.seed}",
     )

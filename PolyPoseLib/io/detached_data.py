@@ -1,7 +1,7 @@
 """Where a MetaImage or NRRD header says that its voxels are: behind the header, or in other files.
 
-The toolkit follows such a name without asking, to any place on the disk.  Whatever cannot be told for certain is
-therefore refused rather than guessed.
+The toolkit follows such a name without asking, to any place on the disk.  A header that is ambiguous is
+therefore refused.
 """
 
 from __future__ import annotations
@@ -27,9 +27,10 @@ _NRRD_FIELD = re.compile(r"^\s*data\s*file\s*:(?!=)(.*)$", re.IGNORECASE)
 def data_place(header: Path) -> str | None:
     """What the header names as the place of its voxels: a file, a pattern or "LIST"; None when they follow in it.
 
-    Raises:
-        InputError: the header is longer than MAX_HEADER_BYTES, no file, or does not tell clearly; the sentence names
-            the file.
+    Raises
+    ------
+    InputError
+        The header is longer than MAX_HEADER_BYTES, no file, or ambiguous; the sentence names the file.
 
     """
     refuse_special_file(header, header.name)
@@ -45,7 +46,8 @@ def data_place(header: Path) -> str | None:
 def refuse_special_data(header: Path) -> None:
     """Refuse a header whose voxels come from a pipe, a socket or a device; raises InputError that names the header.
 
-    A header that is unclear, or that names several files, has been judged before, or was allowed all the same.
+    An ambiguous header, or one that names several files, is left to `PolyPoseLib.io.paths`, which refuses it unless
+    the caller allows it.
     """
     if not header.name.lower().endswith(HEADER_ENDINGS):
         return
@@ -99,5 +101,5 @@ def _too_long(name: str) -> InputError:
 def _unclear(name: str) -> InputError:
     """The error about a header that can be read in two ways."""
     return InputError(
-        f"{name}: its header does not tell clearly which file holds the voxels: save header and voxels as one file."
+        f"{name}: its header does not say clearly which file holds the voxels: save header and voxels as one file."
     )

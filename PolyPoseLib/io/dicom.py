@@ -54,12 +54,17 @@ def looks_like_dicom(path: Path) -> bool:
 def open_dicom(path: Path, where: str) -> Dataset:
     """Read one DICOM file, its preamble and file meta information being optional.
 
-    Args:
-        path: the file.
-        where: opening of the sentences of errors.
+    Parameters
+    ----------
+    path
+        The file.
+    where
+        Opening of the sentences of errors.
 
-    Raises:
-        InputError: not DICOM, cut short, without pixels, or not an X-ray.
+    Raises
+    ------
+    InputError
+        Not DICOM, cut short, without pixels, or not an X-ray.
 
     """
     if not looks_like_dicom(path):

@@ -1,132 +1,63 @@
-"""A CT from DICOM slices: which series, in which order, and whether they form a straight, even grid."""
+"""A CT from DICOM files: which series, where its slices are, and their Hounsfield units."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from PolyPoseLib.data.shear import SHEAR_FIX, SHEAR_TOLERANCE_MM
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.dicom import complete_meta, quiet_pydicom, raw_value, refuse_short
 from PolyPoseLib.io.files import refuse_special_file
+from PolyPoseLib.io.slice_stack import Slice, sorted_slices, stack_affine
 
 MAX_FILES = 20_000
+"""A folder with more files than this is not opened: it is more than a CT."""
 
-UNEVEN_TOLERANCE = 0.1
-"""Largest deviation of one slice's distance, as a share of the usual one (at least 0.1 mm, for rounding)."""
+_PLACE_GROUPS = {
+    "ImagePositionPatient": "PlanePositionSequence",
+    "ImageOrientationPatient": "PlaneOrientationSequence",
+    "PixelSpacing": "PixelMeasuresSequence",
+}
+"""Functional groups of a multi-frame file that say where a frame is."""
 
 _TAGS = [
     "SOPClassUID", "SeriesInstanceUID", "SeriesNumber", "Modality", "ImageType", "Rows",
     "Columns", "NumberOfFrames", "PixelSpacing", "ImagePositionPatient", "ImageOrientationPatient",
     "SamplesPerPixel", "TransferSyntaxUID",
 ]  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Slice:
-    """One slice: where its first pixel is, and where to read it.
-
-    position: (3,) LPS mm, Image Position (Patient) (0020,0032).
-    rows_columns: (2, 3) unit vectors along a row and down a column, Image Orientation (0020,0037).
-    spacing: (between rows, between columns) mm, Pixel Spacing (0028,0030).
-    frame: of a multi-frame file, or None.
-    """
-
-    path: Path
-    position: np.ndarray
-    rows_columns: np.ndarray
-    spacing: tuple[float, float]
-    size: tuple[int, int]
-    frame: int | None = None
-
-    @property
-    def normal(self) -> np.ndarray:
-        """Unit vector across the slice, (3,)."""
-        return np.cross(self.rows_columns[0], self.rows_columns[1])
+"""Attributes that are read of every file of a folder."""
 
 
 def read_dicom_volume(path: str | Path, series: str | int | None = None) -> Volume:
     """Read a folder of DICOM slices, or one multi-frame file, as Hounsfield units where they are a CT.
 
-    series: instance UID or number of the series where the folder holds several.
-    Raises InputError: no images, several series, one slice, gantry tilt, missing or uneven slices.
+    Parameters
+    ----------
+    path
+        Folder or file.
+    series
+        Instance UID or number of the series where the folder holds several.
+
+    Raises
+    ------
+    InputError
+        No images, several series, one slice, gantry tilt, missing or uneven slices, or damaged files.
+
     """
     path = Path(path)
     with _quiet():
         headers = _headers(path)
         chosen = _choose_series(path, headers, series)
         slices = _enhanced_slices(*chosen[0]) if _is_multiframe(chosen) else _plain_slices(path, chosen)
-        slices = _sorted(slices)
+        slices = sorted_slices(slices)
         affine = stack_affine(slices, str(path))
         return Volume(_pixels(path, slices), affine)
-
-
-def stack_affine(slices: Sequence[Slice], name: str) -> np.ndarray:
-    """Affine (4, 4) of sorted slices; raises InputError when they are not a straight, even stack.
-
-    Positions decide, not Gantry/Detector Tilt (0018,1120): scanners that correct the tilt leave that filled
-    in.
-    """
-    if len(slices) < 2:
-        raise InputError(f"{name}: the series has one slice only: give the folder with the whole stack.")
-    first = slices[0]
-    for each in slices[1:]:
-        if not np.allclose(each.rows_columns, first.rows_columns, atol=1e-3):
-            raise InputError(
-                f"{name}: the slices have different orientations: choose one series by ct_series."
-            )
-        if each.size != first.size or not np.allclose(each.spacing, first.spacing, rtol=1e-3):
-            raise InputError(
-                f"{name}: the slices have different sizes or spacings: choose one series by ct_series."
-            )
-    positions = np.array([each.position for each in slices])
-    along = (positions - positions[0]) @ first.normal
-    _check_even(along, positions[0] @ first.normal, name)
-    drift = np.linalg.norm(positions - positions[0] - along[:, None] * first.normal, axis=1).max()
-    if drift > SHEAR_TOLERANCE_MM:
-        angle = np.degrees(np.arctan2(drift, along[-1]))
-        raise InputError(f"{name}: the slices are sheared by {angle:.1f} degrees (gantry tilt): {SHEAR_FIX}.")
-    affine = np.eye(4)
-    affine[:3, 0] = first.rows_columns[0] * first.spacing[1]
-    affine[:3, 1] = first.rows_columns[1] * first.spacing[0]
-    affine[:3, 2] = first.normal * along[-1] / (len(slices) - 1)
-    affine[:3, 3] = positions[0]
-    return affine
-
-
-def _check_even(along: np.ndarray, start: float, name: str) -> None:
-    """Refuse repeated, missing and uneven slices; along is each slice's way from the first in mm,
-    ascending.
-    """
-    steps = np.diff(along)
-    usual = float(np.median(steps))
-    if steps.min() < 0.01:
-        raise InputError(
-            f"{name}: {np.count_nonzero(steps < 0.01) + 1} slices lie at the same place (several phases or "
-            "repeats): keep one of each, or choose one series by ct_series."
-        )
-    tolerance = max(0.1, UNEVEN_TOLERANCE * usual)
-    worst = int(np.argmax(np.abs(steps - usual)))
-    between = f"between {start + along[worst]:.2f} and {start + along[worst + 1]:.2f} mm"
-    if abs(steps[worst] - usual) <= tolerance:
-        return
-    count = steps[worst] / usual
-    if count > 1.5 and abs(count - round(count)) * usual <= tolerance:
-        raise InputError(
-            f"{name}: {round(count) - 1} slice(s) are missing {between} (slices are {usual:.2f} mm apart): "
-            "export the whole series again."
-        )
-    raise InputError(
-        f"{name}: the slices are unevenly spaced ({steps[worst]:.2f} mm {between}, {usual:.2f} mm "
-        "elsewhere): resample the CT to an even grid first."
-    )
 
 
 def _headers(path: Path) -> list[tuple[Path, Any]]:
@@ -143,7 +74,7 @@ def _headers(path: Path) -> list[tuple[Path, Any]]:
     for file in files:
         try:
             header = pydicom.dcmread(file, stop_before_pixels=True, specific_tags=_TAGS)
-        except Exception:  # no DICOM, or too damaged to tell; pydicom raises nearly every kind
+        except Exception:  # no DICOM, or damaged; pydicom raises nearly every kind
             continue
         if "Rows" in header and "SeriesInstanceUID" in header:
             headers.append((file, header))
@@ -208,7 +139,7 @@ def _kind(header: Any) -> str:
 
 
 def _whole(file: Path, header: Any, tag: str, absent: int | None = None) -> int:
-    """A whole number above 0 from a header; raises InputError when it is missing (unless absent is given) or odd."""
+    """A whole number above 0 from a header; raises InputError when it is invalid, or missing while absent is None."""
     text = _text(header, tag, "" if absent is None else str(absent))
     if not re.fullmatch(r"[0-9]{1,9}", text) or int(text) < 1:
         raise InputError(
@@ -244,21 +175,20 @@ def _enhanced_slices(file: Path, header: Any) -> list[Slice]:
         raise InputError(
             f"{file}: the multi-frame image has no position for each frame: export single slices."
         )
-    slices = []
-    for number, frame in enumerate(frames):
-        place: dict[str, Any] = {}
-        for group, tags in (
-            ("PlanePositionSequence", ("ImagePositionPatient",)),
-            ("PlaneOrientationSequence", ("ImageOrientationPatient",)),
-            ("PixelMeasuresSequence", ("PixelSpacing",)),
-        ):
-            for tag in tags:
-                for source in (frame, shared[0]):
-                    macro = raw_value(group, source)
-                    if macro and tag in macro[0]:
-                        place.setdefault(tag, raw_value(tag, macro[0]))
-        slices.append(_slice(file, header, place, number))
-    return slices
+    places = [
+        {tag: _grouped(tag, group, (frame, shared[0])) for tag, group in _PLACE_GROUPS.items()}
+        for frame in frames
+    ]
+    return [_slice(file, header, place, number) for number, place in enumerate(places)]
+
+
+def _grouped(tag: str, group: str, sources: Iterable[Any]) -> Any:
+    """An attribute of a functional group, from the first source that has it; None where none does."""
+    for source in sources:
+        macro = raw_value(group, source)
+        if macro and tag in macro[0]:
+            return raw_value(tag, macro[0])
+    return None
 
 
 def _slice(file: Path, header: Any, place: Any, frame: int | None) -> Slice:
@@ -285,12 +215,6 @@ def _slice(file: Path, header: Any, place: Any, frame: int | None) -> Slice:
     axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
     size = (_whole(file, header, "Rows"), _whole(file, header, "Columns"))
     return Slice(file, numbers["ImagePositionPatient"], axes, tuple(numbers["PixelSpacing"]), size, frame)
-
-
-def _sorted(slices: list[Slice]) -> list[Slice]:
-    """Slices in ascending order along the first one's normal."""
-    normal = slices[0].normal
-    return sorted(slices, key=lambda each: float(each.position @ normal))
 
 
 def _pixels(path: Path, slices: Sequence[Slice]) -> np.ndarray:
@@ -339,7 +263,7 @@ def _whole_file(path: Path) -> Any:
 def _frame_pixels(slices: Sequence[Slice]) -> np.ndarray:
     """Voxels of a multi-frame file in the order of its slices."""
     import pydicom
-    from pydicom.pixels import apply_rescale
+    from pydicom.pixels.processing import apply_rescale
 
     whole = _whole_file(slices[0].path)
     try:
@@ -367,7 +291,7 @@ def _frame_pixels(slices: Sequence[Slice]) -> np.ndarray:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Silence toolkit warnings about other people's headers while reading; they help no user."""
+    """Silence the toolkits' warnings about headers while reading: users cannot act on them."""
     import SimpleITK as sitk
 
     shown = sitk.ProcessObject.GetGlobalWarningDisplay()

@@ -1,7 +1,7 @@
-"""A look at the bytes of a NIfTI or Analyze image, in one file or in two, before the toolkit reads it.
+"""Checks of the bytes of a NIfTI or Analyze image, in one file or in two, before the toolkit reads it.
 
 The toolkit turns NaN into 0 (water in a CT), fills a file that was cut short with zeros, and takes a spacing of 0 for
-1 mm, all without a word.
+1 mm, all without a warning.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 import gzip
 import zlib
 from dataclasses import dataclass
+from io import BufferedIOBase
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
@@ -18,12 +18,17 @@ from PolyPoseLib.data.shear import SHEAR_FIX, SHEAR_TOLERANCE_MM, sideways_drift
 from PolyPoseLib.errors import InputError
 
 HEADERS = (".hdr", ".hdr.gz")
+"""Endings of the file of a pair that holds the header."""
 
 VOXELS = (".img", ".img.gz")
-
+"""Endings of the file of a pair that holds the voxels."""
 
 _BLOCK_BYTES = 1 << 22
+"""Bytes that are read at a time."""
+
 _FLOATS = {16: "f4", 64: "f8"}
+"""Datatypes that can hold NaN and infinity."""
+
 _BYTES = {2: 1, 4: 2, 8: 4, 16: 4, 32: 8, 64: 8, 128: 3, 256: 1, 512: 2, 768: 4, 1024: 8, 1280: 8, 2304: 4}
 """Bytes of one voxel by datatype; the toolkit goes by it and not by bitpix, which may say anything."""
 
@@ -44,7 +49,16 @@ _UNITS = {1: "metres", 3: "micrometres"}
 def check_nifti(path: Path) -> None:
     """Refuse a NIfTI or Analyze file, or pair, that is cut short, damaged, or holds NaN or infinity.
 
-    path: of the one file, or of either half.  Raises InputError that names the file at fault.
+    Parameters
+    ----------
+    path
+        Of the one file, or of either half.
+
+    Raises
+    ------
+    InputError
+        The sentence names the file at fault.
+
     """
     header_file, voxel_file = _files(path)
     header = _read_header(header_file)
@@ -60,12 +74,21 @@ def check_nifti(path: Path) -> None:
 
 
 def check_nifti_grid(path: Path) -> None:
-    """Refuse a grid that the toolkit would read otherwise than it is written; raises InputError.
+    """Refuse a grid that the toolkit would read otherwise than it is written.
 
-    That is a spacing that is none, for which it takes 1 mm, a unit that is not the millimetre, and an sform that is
+    That is a spacing of 0 or NaN, for which it takes 1 mm, a unit that is not the millimetre, and an sform that is
     sheared or scaled otherwise than the spacing, of which it uses a part at most.
 
-    The file, or pair, has passed check_nifti.
+    Parameters
+    ----------
+    path
+        Of the one file, or of either half, that has passed `check_nifti`.
+
+    Raises
+    ------
+    InputError
+        The sentence names the file and the fix.
+
     """
     header = _read_header(_files(path)[0])
     spacing = header.spacing[: min(len(header.sizes), 3)]
@@ -87,15 +110,15 @@ def check_nifti_grid(path: Path) -> None:
 def _check_sform(header: _Header, path: Path) -> None:
     """Refuse an sform in the patient's space whose axes are sheared or of other lengths than the spacing.
 
-    The toolkit puts the qform or pixdim in its place, without a word.  Raises InputError.
+    The toolkit puts the qform or pixdim in its place without a warning.  Raises InputError.
     """
     if header.axes is None or len(header.sizes) < 3:
         return
     spacing, steps = np.abs(header.spacing[:3]), np.linalg.norm(header.axes, axis=0)
     if (np.abs(steps - spacing) > _SPACING_TOLERANCE * spacing).any():
-        told, stepped = (" x ".join(f"{each:.4g}" for each in sizes) for sizes in (spacing, steps))
+        stated, stepped = (" x ".join(f"{each:.4g}" for each in sizes) for sizes in (spacing, steps))
         raise InputError(
-            f"{path}: its voxels measure {told} mm by its pixdim but {stepped} mm by its sform: save it again with "
+            f"{path}: its voxels measure {stated} mm by its pixdim but {stepped} mm by its sform: save it again with "
             "one spacing."
         )
     drift, degrees = sideways_drift(header.axes, header.sizes[:3])
@@ -123,7 +146,7 @@ def _files(path: Path) -> tuple[Path, Path]:
     return halves[0], halves[1]
 
 
-def _opened(path: Path) -> BinaryIO:
+def _opened(path: Path) -> BufferedIOBase:
     """The file's bytes, decompressed where its name says so."""
     return (gzip.open if path.name.lower().endswith(".gz") else open)(path, "rb")
 
@@ -137,10 +160,25 @@ def _damaged(path: Path) -> InputError:
 class _Header:
     """What a NIfTI header says, or one of Analyze 7.5, which has the same fields but for unit and pose.
 
-    order: "<" or ">"; sizes: voxels along each axis; spacing: (7,) of the axes, in the file's unit; unit: code of the
-    lengths' unit; kind: datatype; offset: bytes before the voxels; pose: numbers of the qform and sform
-    that are in force; axes: (3, 3), in its columns the steps along each axis by an sform in the patient's space, or
-    None.
+    Attributes
+    ----------
+    order
+        "<" or ">".
+    sizes
+        Voxels along each axis.
+    spacing
+        (7,) of the axes, in the file's unit.
+    unit
+        Code of the lengths' unit.
+    kind
+        Datatype.
+    offset
+        Bytes before the voxels.
+    pose
+        Numbers of the qform and sform that are in force.
+    axes
+        (3, 3), in its columns the steps along each axis by an sform in the patient's space, or None.
+
     """
 
     order: str
@@ -188,7 +226,7 @@ def _header(start: bytes, is_half: bool) -> _Header:
     )
 
 
-def _count_not_finite(stream: BinaryIO, header: _Header) -> int:
+def _count_not_finite(stream: BufferedIOBase, header: _Header) -> int:
     """Voxels that are no numbers; raises ValueError when the file is shorter than its header says."""
     if header.kind not in _BYTES:
         raise ValueError("no datatype that is read")
@@ -211,9 +249,13 @@ def _count_not_finite(stream: BinaryIO, header: _Header) -> int:
 
 
 def pair_of(path: Path) -> list[Path]:
-    """Every file that may be the header or the voxels of a pair, whichever half the path names, in any spelling.
+    """Every file that may be the header or the voxels of a pair, in upper or lower case.
 
-    Empty when the name is none of a pair.
+    Parameters
+    ----------
+    path
+        Either half. Any other name gives an empty list.
+
     """
     name = path.name.lower()
     ending = next((each for each in (*HEADERS, *VOXELS) if name.endswith(each)), None)

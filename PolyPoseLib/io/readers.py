@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import SimpleITK as sitk
 
 NIFTI_ENDINGS = (".nii", ".nii.gz", ".hdr", ".img", ".img.gz")
-"""Names of NIfTI and Analyze images, in one file or in two."""
+"""Endings of NIfTI and Analyze images, in one file or in two."""
 
 _FORMATS = {
     "NiftiImageIO": NIFTI_ENDINGS,
@@ -24,9 +24,9 @@ _FORMATS = {
 
 
 def reader_for(path: Path) -> sitk.ImageFileReader:
-    """A reader of the format that the name's ending tells.
+    """A reader of the format that the name's ending stands for.
 
-    Left to itself, the toolkit looks at the content, and reads for example HDF5 under every name: a format that takes
+    Left to itself, the toolkit inspects the content, and reads for example HDF5 under every name: a format that takes
     voxels from other files, which nobody has checked.  Raises InputError for pipes and devices.
     """
     refuse_special_file(path)

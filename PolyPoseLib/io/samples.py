@@ -25,23 +25,41 @@ from PolyPoseLib.io.package_index import FetchError, fetch_file, pip_settings
 from PolyPoseLib.io.whole_files import replaced_whole
 
 CACHE_VARIABLE = "POLYPOSE_CACHE"
+"""Environment variable that names the folder of the cache."""
 
 CT_FILE = "ct.nii.gz"
 LABELS_FILE = "labels.nii.gz"
 STRUCTURES_FILE = "structures.json"
 FILES = (CT_FILE, LABELS_FILE, STRUCTURES_FILE)
 
-_LEFTOVER = re.compile(r"^\.fetch-|^\..+\.old$")  # earlier versions left .old folders
+_LEFTOVER = re.compile(r"^\.fetch-|^\..+\.old$")
+"""Folders that an interrupted fetch left, or an earlier version when it replaced one."""
+
 _LEFTOVER_SECONDS = 24 * 3600
+"""Age beyond which no fetch uses them any more."""
 
 
 @dataclass(frozen=True)
 class Sample:
     """Where a sample comes from and what it must be.
 
-    package, version: on the index. archive, archive_sha256: the file there, a wheel or a source archive.
-    members: {file here: (path in the archive, SHA256)}. structures: a suggestion. warnings: what to know.
-    view_mm: from the source to the detector and to the isocenter, so that 430 mm of detector show all structures.
+    Attributes
+    ----------
+    package, version
+        On the package index.
+    archive, archive_sha256
+        The file there, a wheel or a source archive.
+    members
+        {file here: (path in the archive, SHA256)}.
+    structures, anchor
+        A suggestion.
+    view_mm
+        From the source to the detector and to the isocentre, so that 430 mm of detector show all structures.
+    label_table
+        Whose numbers the labels are.
+    warnings
+        Peculiarities of the data, one sentence each.
+
     """
 
     package: str

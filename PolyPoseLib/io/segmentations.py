@@ -8,22 +8,21 @@ from pathlib import Path
 from PolyPoseLib.data.segmentation import Segment, Segmentation
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.images import read_image, read_scalar_image
+from PolyPoseLib.io.volumes import read_volume
 
 _SEGMENT_FIELD = re.compile(r"^Segment([0-9]{1,9})_(ID|Name|LabelValue|Layer)$")
 
 
 def read_segmentation(path: str | Path) -> Segmentation:
-    """Read a label map or a .seg.nrrd; raises InputError naming the file and the mend."""
-    from PolyPoseLib.io import volumes as volume_files
-    from PolyPoseLib.io.volumes import read_volume
-
+    """Read a label map or a .seg.nrrd; raises InputError naming the file and the fix."""
     path = Path(path)
     if path.is_dir() or not path.name.lower().endswith((".nrrd", ".nhdr")):
         return Segmentation.from_labels(read_volume(path), str(path))
-    image = volume_files.read_image(path)
+    image = read_image(path)
     segments = _segments({key: image.GetMetaData(key) for key in image.GetMetaDataKeys()}, path)
     if not segments:
-        return Segmentation.from_labels(Volume.from_sitk(volume_files.read_scalar_image(path)), str(path))
+        return Segmentation.from_labels(Volume.from_sitk(read_scalar_image(path)), str(path))
     return Segmentation(_layers(image, path), segments, str(path))
 
 

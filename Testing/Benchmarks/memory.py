@@ -22,7 +22,8 @@ from memory_phantom import SHAPE, draw, draw_poses
 from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
 from PolyPoseLib.evaluation.metrics import structure_errors
 from PolyPoseLib.io.volumes import read_volume, write_volume
-from PolyPoseLib.io.xray.writer import write_xray_dicom
+from PolyPoseLib.io.xray.storage import Storage
+from PolyPoseLib.io.xray.writer import Stand, write_xray_dicom
 from PolyPoseLib.simulation import independent_projector
 from PolyPoseLib.simulation.simulate import perturbed_camera, view_cameras
 from PolyPoseLib.simulation.xray_physics import XrayPhysics, measure
@@ -113,12 +114,13 @@ def xrays(ct: Volume, anchor: np.ndarray, pixels: int, folder: Path) -> list[dic
         write_xray_dicom(
             folder / f"xray_{n}.dcm",
             image,
-            source_to_detector_mm=SOURCE_TO_DETECTOR_MM,
-            pixel_spacing_mm=(DETECTOR_MM / pixels,) * 2,
-            source_to_isocenter_mm=SOURCE_TO_ISOCENTER_MM,
-            extrinsic=guess.extrinsic,
-            bits=XrayPhysics().bits,
-            saturation=XrayPhysics().saturation,
+            Stand(
+                source_to_detector_mm=SOURCE_TO_DETECTOR_MM,
+                pixel_spacing_mm=(DETECTOR_MM / pixels,) * 2,
+                source_to_isocenter_mm=SOURCE_TO_ISOCENTER_MM,
+                extrinsic=guess.extrinsic,
+            ),
+            Storage(bits=XrayPhysics().bits, saturation=XrayPhysics().saturation),
             description=f"view {n}",
             study="synthetic spine with ribs",
         )

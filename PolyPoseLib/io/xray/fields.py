@@ -39,7 +39,7 @@ SPACING_RANGE_MM = (0.005, 10.0)
 
 @dataclass(frozen=True)
 class XrayFields:
-    """What study.json says about one X-ray; None where it says nothing.
+    """What study.json says about one X-ray; None where a field is absent.
 
     Attributes
     ----------

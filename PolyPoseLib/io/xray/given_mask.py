@@ -12,7 +12,7 @@ from PolyPoseLib.io.xray.folder import file_of_field
 from PolyPoseLib.io.xray.plain import ending_of, read_plain
 
 _SMALLEST_SHARE = 0.001
-"""A mask that uses less of the image is taken for an empty one."""
+"""A mask that uses a smaller share of the image counts as empty."""
 
 
 def read_mask(mask: str | Path, folder: Path, shape: tuple[int, int], notes: Notes) -> np.ndarray:

@@ -1,7 +1,7 @@
 """From pixel values to line integrals: what a value means, and the conversion.
 
-A line integral is -log(I / I0), unitless: 0 where nothing stood in the beam, larger behind bone. Five
-meanings of a pixel value v are told apart (the first four may be given as the field "intensity"):
+A line integral is -log(I / I0), unitless: 0 where nothing stood in the beam, larger behind bone. A pixel
+value v has one of five meanings (the first four may be given as the field "intensity"):
 
 - "transmission": v is proportional to the beam's intensity. I0 is the field "unattenuated", or the
   99.9th percentile of the usable pixels, which is the direct beam where the image shows any and otherwise
@@ -9,46 +9,23 @@ meanings of a pixel value v are told apart (the first four may be given as the f
   I is clamped from half a stored step to I0.
 - "log_transmission": v falls linearly with the line integral. Its scale is unknown: the 0.1th to
   99.9th percentiles are mapped to 5 to 0.
-- "attenuation": v rises linearly with the line integral, mapped from 0 to 5 in the same way.
+- "attenuation": v rises linearly with the line integral, mapped from 0 to 5 likewise.
 - "line_integral": v is the line integral.
 - "inverse_transmission" (from tags only): the largest value minus v is proportional to the intensity.
 """
 
 from __future__ import annotations
 
-import struct
-
 import numpy as np
 
 from PolyPoseLib.data.notes import Notes
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.xray.tags import XrayTags
 
 INTENSITIES = ("attenuation", "transmission", "log_transmission", "line_integral")
 """Values of the field "intensity" (or "polarity")."""
 
 NOMINAL_SPAN = 5.0
 """Line integral that the brightest bone of an image without a physical scale is given."""
-
-PRIVATE_GROUP, PRIVATE_CREATOR = 0x0011, "POLYPOSE"
-"""Private block of simulated images: element 1 is I0; 2 and 3 are slope and intercept to line integrals."""
-
-
-def own_calibration(tags: XrayTags) -> dict[str, float]:
-    """Exact scale that a simulated image carries: {"unattenuated"} or {"slope", "intercept"}, else empty."""
-    try:
-        block = tags.dataset.private_block(PRIVATE_GROUP, PRIVATE_CREATOR)
-    except KeyError:
-        return {}
-    found = {}
-    for name, offset in (("unattenuated", 1), ("slope", 2), ("intercept", 3)):
-        if offset in block:
-            value = block[offset].value
-            if isinstance(value, bytes) and len(value) == 8:
-                (value,) = struct.unpack("<d", value)
-            if isinstance(value, float) and np.isfinite(value):
-                found[name] = value
-    return found
 
 
 def line_integrals(
@@ -63,17 +40,27 @@ def line_integrals(
 ) -> np.ndarray:
     """Convert pixel values to line integrals (H, W) float32, unitless.
 
-    Args:
-        values: (H, W) pixel values.
-        usable: (H, W) bool, pixels inside shutters and borders; only they are looked at.
-        meaning: one of the meanings in this module's description.
-        notes: receives I0 or the scale.
-        unattenuated: I0, the value of the direct beam, for "transmission".
-        step: difference between neighbouring stored values; 0 for real numbers.
-        largest: value that "inverse_transmission" counts from; the largest usable one when None.
+    Parameters
+    ----------
+    values
+        (H, W) pixel values.
+    usable
+        (H, W) bool, pixels inside shutters and borders; only they count.
+    meaning
+        One of the meanings in this module's description.
+    notes
+        Receives I0 or the scale.
+    unattenuated
+        I0, the value of the direct beam, for "transmission".
+    step
+        Difference between neighbouring stored values; 0 for real numbers.
+    largest
+        Value that "inverse_transmission" counts from; the largest usable one when None.
 
-    Raises:
-        InputError: a constant image, no positive intensity, or I0 that is not above 0.
+    Raises
+    ------
+    InputError
+        A constant image, no positive intensity, or I0 that is not above 0.
 
     """
     seen = values[usable]

@@ -23,7 +23,7 @@ SignState = Literal["absent", "as displayed", "against the display"]
 
 @dataclass(frozen=True)
 class IntensityFacts:
-    """What the rules look at.
+    """What the rules depend on.
 
     Attributes
     ----------

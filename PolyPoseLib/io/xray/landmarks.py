@@ -11,7 +11,7 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.json_records import list_of, numbers, quoted
 
 FARTHEST = 1e6
-"""Millimetres or pixels beyond which a point is taken for a wrong unit."""
+"""Millimetres or pixels beyond which a point must be in a wrong unit."""
 
 FORM = '{"point": [x, y, z], "pixel": [column, row]}'
 """One landmark; it may have a "name" besides."""

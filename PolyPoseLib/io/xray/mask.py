@@ -9,7 +9,7 @@ from PolyPoseLib.data.notes import Notes
 from PolyPoseLib.io.xray.tags import XrayTags
 
 SMALLEST_SHARE = 0.05
-"""A shape that leaves less than this share of the image is taken for nonsense and ignored."""
+"""A shape that leaves less than this share of the image is implausible and ignored."""
 
 LARGEST_BORDER = 0.7
 """A detected border that would remove more than this share is ignored."""
@@ -23,13 +23,20 @@ def tagged_mask(tags: XrayTags, shape: tuple[int, int], stored: np.ndarray, note
     Sources: Display Shutter (PS3.3 C.7.6.11), Bitmap Display Shutter (C.7.6.15), X-Ray Collimator (C.8.7.3
     and C.8.19.6.12), Pixel Padding Value (0028,0120). Coordinates of shapes count from 1.
 
-    Args:
-        tags: the frame's attributes.
-        shape: (H, W).
-        stored: (H, W) stored values, for the padding.
-        notes: receives what was removed and what was ignored.
+    Parameters
+    ----------
+    tags
+        The frame's attributes.
+    shape
+        (H, W).
+    stored
+        (H, W) stored values, for the padding.
+    notes
+        Receives what was removed and what was ignored.
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         (H, W) bool, True inside everything.
 
     """
@@ -156,13 +163,20 @@ def border_mask(values: np.ndarray, blocked: str, processed: bool, notes: Notes)
     the image's edge that hold the opposite extreme, as electronic shutters leave them. The direct beam of an
     unprocessed image is never removed.
 
-    Args:
-        values: (H, W) pixel values.
-        blocked: "low" when an absent beam has the lowest value, "high" when the highest.
-        processed: whether the image was processed for display.
-        notes: receives what was removed.
+    Parameters
+    ----------
+    values
+        (H, W) pixel values.
+    blocked
+        "low" when an absent beam has the lowest value, "high" when the highest.
+    processed
+        Whether the image was processed for display.
+    notes
+        Receives what was removed.
 
-    Returns:
+    Returns
+    -------
+    np.ndarray
         (H, W) bool, True inside.
 
     """
@@ -187,9 +201,7 @@ def border_mask(values: np.ndarray, blocked: str, processed: bool, notes: Notes)
 
 
 def _full_lines(region: np.ndarray) -> np.ndarray:
-    """Rows and columns from the image's edge inward that lie in the region altogether (99 % of their
-    pixels).
-    """
+    """Rows and columns from the image's edge inward that lie in the region altogether (99 % of their pixels)."""
     border = np.zeros_like(region)
     for axis in (0, 1):
         plain = region.mean(axis=1 - axis) >= 0.99

@@ -1,7 +1,7 @@
 """The pitch of the pixels at the detector's plane, which K needs.
 
 DICOM says it in Imager Pixel Spacing (0018,1164); Pixel Spacing (0028,0030) may have been calibrated to the patient
-(PS3.3 10.7.1) and is never taken for it in silence.
+(PS3.3 10.7.1) and never stands in for it without a warning.
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ def _demagnified(tags: XrayTags, notes: Notes) -> tuple[Pitch | None, str]:
     """Pitch at the detector from Pixel Spacing calibrated at the patient, where its magnification is known.
 
     The magnification is the Estimated Radiographic Magnification Factor (0018,1114), or, for the calibration type
-    GEOMETRY, the distance to the detector over that to the patient. The depth of a FIDUCIAL is unknown, so only the
-    factor will do for it.
+    GEOMETRY, the distance to the detector over that to the patient. The depth of a FIDUCIAL is unknown, so it needs
+    the factor.
     """
     pair = tags.positive_pair("PixelSpacing")
     kind = tags.text("PixelSpacingCalibrationType")

@@ -30,12 +30,17 @@ _PACKAGES = {
 def stored_pixels(tags: XrayTags, notes: Notes) -> np.ndarray:
     """Stored values of one frame (PS3.5 8.1): (H, W) int32 or float32, before the Modality LUT.
 
-    Args:
-        tags: the dataset and the frame.
-        notes: receives the transfer syntax and bits.
+    Parameters
+    ----------
+    tags
+        The dataset and the frame.
+    notes
+        Receives the transfer syntax and bits.
 
-    Raises:
-        InputError: a codec is missing, the pixel data are cut short or damaged, or the image is in colour.
+    Raises
+    ------
+    InputError
+        A codec is missing, the pixel data are cut short or damaged, or the image is in colour.
 
     """
     dataset = tags.dataset
@@ -72,8 +77,8 @@ def _decode(dataset: Dataset, frame: int, where: str) -> np.ndarray:
         ) from None
     if not decoder.is_available:
         package = next((_PACKAGES[key] for key in _PACKAGES if syntax.name.startswith(key)), None)
-        mend = f"pip install {package}" if package else "export it uncompressed"
-        raise InputError(f"{where} is compressed as {syntax.name} and its decoder is missing: {mend}.")
+        fix = f"pip install {package}" if package else "export it uncompressed"
+        raise InputError(f"{where} is compressed as {syntax.name} and its decoder is missing: {fix}.")
     refuse_short(dataset, where)
     options = _decoder_options(syntax)
     try:
@@ -90,9 +95,7 @@ def _decode(dataset: Dataset, frame: int, where: str) -> np.ndarray:
 
 
 def _decoder_options(syntax: UID) -> dict[str, Any]:
-    """Options of pydicom's decoder; RLE by pydicom's own, because a damaged stream panics in the plugin's
-    Rust.
-    """
+    """Options of pydicom's decoder; RLE by pydicom's own, because a damaged stream panics in the plugin's Rust."""
     if not syntax.is_encapsulated:
         return {"correct_unused_bits": False}
     return {"decoding_plugin": "pydicom"} if syntax == "1.2.840.10008.1.2.5" else {}
@@ -129,16 +132,24 @@ def _cut_to_bits(pixels: np.ndarray, dataset: Dataset, notes: Notes) -> np.ndarr
 def apply_modality(stored: np.ndarray, tags: XrayTags, notes: Notes) -> tuple[np.ndarray, int]:
     """Apply the Modality LUT Sequence (0028,3000) or the rescale slope and intercept (PS3.3 C.11.1).
 
-    Args:
-        stored: (H, W) stored values.
-        tags: the frame's attributes.
-        notes: receives what was applied.
+    Parameters
+    ----------
+    stored
+        (H, W) stored values.
+    tags
+        The frame's attributes.
+    notes
+        Receives what was applied.
 
-    Returns:
+    Returns
+    -------
+    tuple[np.ndarray, int]
         ((H, W) float32 values, 1 or -1: whether they rise or fall with the stored ones).
 
-    Raises:
-        InputError: the LUT cannot be read or makes the image constant.
+    Raises
+    ------
+    InputError
+        The LUT cannot be read or makes the image constant.
 
     """
     sequence = raw_value("ModalityLUTSequence", tags.dataset)

@@ -22,23 +22,31 @@ GRAY_PICTURES = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
 
 
 def ending_of(path: Path) -> str:
-    """The file name's ending that tells the format, "" when it is none of PLAIN_ENDINGS."""
+    """The ending of the file's name, by which the format is chosen; "" when it is none of PLAIN_ENDINGS."""
     return next((end for end in PLAIN_ENDINGS if path.name.lower().endswith(end)), "")
 
 
 def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.ndarray, bool]:
     """Read one two-dimensional image.
 
-    Args:
-        path: the file.
-        where: opening of the sentences of errors.
-        frame: image of a stack, counted from 0.
+    Parameters
+    ----------
+    path
+        The file.
+    where
+        Opening of the sentences of errors.
+    frame
+        Image of a stack, counted from 0.
 
-    Returns:
+    Returns
+    -------
+    tuple[np.ndarray, bool]
         ((H, W) float32 values, row by row as stored; whether the file holds whole numbers).
 
-    Raises:
-        InputError: no file, cannot be read, not two-dimensional, in colour, too large, NaN or infinite.
+    Raises
+    ------
+    InputError
+        No file, cannot be read, not two-dimensional, in colour, too large, NaN or infinite.
 
     """
     import SimpleITK as sitk

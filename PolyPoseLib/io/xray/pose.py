@@ -1,8 +1,8 @@
-"""An initial camera from DICOM's angles, distances, table and view position, with an honest radius.
+"""An initial camera from DICOM's angles, distances, table and view position.
 
 It assumes that the isocentre lies in the patient where the study says (`isocenter_mm`, or the point that
 `place_isocenter` is given later, usually the anchor's centroid), that the patient lies as the file says, and that the
-CT's axes are the patient's.
+CT's axes are the patient's. It comes with the radius in which the true camera is expected.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def pose_of(
     isocenter: Sequence[float] | None,
     notes: Notes,
 ) -> Pose | None:
-    """Initial camera, or None when nothing tells the direction.
+    """Initial camera, or None when nothing gives the direction.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def _source_to_isocenter(
 def _isocenter(
     view: ViewAxes, fields: XrayFields, isocenter: Sequence[float] | None, notes: Notes
 ) -> tuple[np.ndarray, float]:
-    """Point (3,) at the isocentre, and the radius in mm that its origin deserves."""
+    """Point (3,) at the isocentre, and the radius in mm that goes with its origin."""
     for point, source, radius in (
         (fields.isocenter_mm, notes.entry, view.radius[1]),
         (view.isocenter, "DICOM (300A,012C)", KNOWN_ISOCENTER_MM),

@@ -211,7 +211,7 @@ def _found_camera(
 ) -> _Camera:
     """An initial camera from angles, or none."""
     if given.camera == "known":
-        notes.warn('"camera" is "known" but there is no extrinsic, so the camera is looked for.')
+        notes.warn('"camera" is "known" but there is no extrinsic, so the camera is searched for.')
     pose = None
     if given.camera == "absent":
         notes.say("extrinsic: absent")

@@ -103,8 +103,10 @@ class XrayTags:
 def choose_frame(dataset: Dataset, frame: int | None, notes: Notes) -> int:
     """Frame to use, counted from 0: the one asked for, or the middle one with a warning.
 
-    Raises:
-        InputError: the frame asked for does not exist.
+    Raises
+    ------
+    InputError
+        The frame asked for does not exist.
 
     """
     try:

@@ -10,11 +10,12 @@ import numpy as np
 from PolyPoseLib.data.notes import Notes
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.xray.fields import XrayFields
-from PolyPoseLib.io.xray.intensity import line_integrals, own_calibration
+from PolyPoseLib.io.xray.intensity import line_integrals
 from PolyPoseLib.io.xray.intensity_rules import intensity_of_tags
 from PolyPoseLib.io.xray.mask import border_mask, tagged_mask
 from PolyPoseLib.io.xray.pixels import apply_modality, stored_pixels
 from PolyPoseLib.io.xray.plain import default_intensity, read_plain
+from PolyPoseLib.io.xray.storage import own_scale
 from PolyPoseLib.io.xray.tags import XrayTags
 
 SMALLEST_SIDE = 16
@@ -25,13 +26,20 @@ SMALLEST_SIDE = 16
 class PixelValues:
     """Values of one image, in the file's arrangement.
 
-    Attributes:
-        values: (H, W) float32.
-        mask: (H, W) bool, True inside shutters, collimators and borders.
-        meaning: what a value means, see `PolyPoseLib.io.xray.intensity`.
-        unattenuated: value of the direct beam, None to estimate it.
-        step: difference between neighbouring stored values, 0 for real numbers.
-        largest: the largest value that could be stored, None to take the largest there is.
+    Attributes
+    ----------
+    values
+        (H, W) float32.
+    mask
+        (H, W) bool, True inside shutters, collimators and borders.
+    meaning
+        What a value means, see `PolyPoseLib.io.xray.intensity`.
+    unattenuated
+        Value of the direct beam, None to estimate it.
+    step
+        Difference between neighbouring stored values, 0 for real numbers.
+    largest
+        The largest value that could be stored, None to take the largest there is.
 
     """
 
@@ -74,16 +82,16 @@ def values_of_dicom(tags: XrayTags, given: XrayFields, notes: Notes) -> PixelVal
     """Read one frame of a DICOM file; raises InputError when its pixels cannot be read."""
     stored = stored_pixels(tags, notes)
     mask = tagged_mask(tags, stored.shape, stored, notes)
-    calibration = own_calibration(tags) if given.intensity is None else {}
-    if "slope" in calibration:
+    scale = own_scale(tags) if given.intensity is None else {}
+    if "slope" in scale:
         notes.say("intensity: line integrals, scaled as the simulation that wrote the file says")
-        lines = stored * calibration["slope"] + calibration.get("intercept", 0.0)
+        lines = stored * scale["slope"] + scale.get("intercept", 0.0)
         return PixelValues(lines.astype(np.float32), mask, "line_integral")
     values, order = apply_modality(stored, tags, notes)
     meaning = _given_meaning(given, notes) or intensity_of_tags(tags, order, notes)
-    if "unattenuated" not in calibration:
+    if "unattenuated" not in scale:
         mask &= _border(values, meaning, notes)
-    direct = calibration.get("unattenuated") if given.unattenuated is None else given.unattenuated
+    direct = scale.get("unattenuated") if given.unattenuated is None else given.unattenuated
     step = abs(tags.number("RescaleSlope") or 1.0)
     return PixelValues(values, mask, meaning, direct, step, _largest(tags))
 

@@ -8,6 +8,7 @@ study file.
 from __future__ import annotations
 
 import hashlib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,7 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import focal_length_px
 from PolyPoseLib.geometry.carm import PATIENT_POSITIONS, carm_angles, carm_extrinsic
 from PolyPoseLib.geometry.rigid import require_rigid
-from PolyPoseLib.io.xray.intensity import PRIVATE_CREATOR, PRIVATE_GROUP
+from PolyPoseLib.io.xray.storage import Storage, put_scale
 
 if TYPE_CHECKING:
     from pydicom.dataset import Dataset
@@ -28,122 +29,120 @@ _EXPLICIT_LITTLE_ENDIAN = "1.2.840.10008.1.2.1"
 _AXES = (("L", "R"), ("P", "A"), ("H", "F"))
 
 
+@dataclass(frozen=True, kw_only=True)
+class Stand:
+    """Where the X-ray was taken from, as its file states it; one that exists is valid.
+
+    Attributes
+    ----------
+    source_to_detector_mm
+        Distance from the source to the detector (0018,1110).
+    pixel_spacing_mm
+        At the detector, (between rows, between columns) (0018,1164).
+    source_to_isocenter_mm
+        Distance from the source to the isocentre (0018,1111), left out when None.
+    primary_deg
+        Positioner primary angle, positive toward LAO (0018,1510).
+    secondary_deg
+        Positioner secondary angle, positive toward CRA (0018,1511).
+    extrinsic
+        (4, 4) world LPS to camera; gives the angles that are None, and Patient Orientation (0020,0020).
+    patient_position
+        (0018,5100).
+
+    Raises
+    ------
+    InputError
+        From the constructor, for distances, spacings and positions that no stand has.
+
+    """
+
+    source_to_detector_mm: float
+    pixel_spacing_mm: tuple[float, float]
+    source_to_isocenter_mm: float | None = None
+    primary_deg: float | None = None
+    secondary_deg: float | None = None
+    extrinsic: ArrayLike | None = None
+    patient_position: str = "HFS"
+
+    def __post_init__(self) -> None:
+        """Validate."""
+        focal_length_px(self.source_to_detector_mm, self.pixel_spacing_mm)
+        if self.patient_position not in PATIENT_POSITIONS:
+            raise InputError(
+                f"patient_position is {self.patient_position!r}; give one of {', '.join(PATIENT_POSITIONS)}."
+            )
+        near = self.source_to_isocenter_mm
+        if near is not None and not 0 < near < self.source_to_detector_mm:
+            raise InputError(
+                f"source_to_isocenter_mm is {near}; give a number between 0 and the detector's distance."
+            )
+        if self.extrinsic is not None:
+            require_rigid(self.extrinsic)
+
+    def view(self) -> tuple[np.ndarray, float, float] | None:
+        """Rotation (3, 3) world to camera, primary and secondary angle in degrees; None when nothing gives them."""
+        if self.extrinsic is not None:
+            angles = carm_angles(self.extrinsic)
+            primary = angles.primary_deg if self.primary_deg is None else self.primary_deg
+            secondary = angles.secondary_deg if self.secondary_deg is None else self.secondary_deg
+            return require_rigid(self.extrinsic)[:3, :3], primary, secondary
+        if self.primary_deg is None or self.secondary_deg is None:
+            return None
+        rotation = carm_extrinsic(self.primary_deg, self.secondary_deg, 1.0)[:3, :3]
+        return rotation, self.primary_deg, self.secondary_deg
+
+
 def write_xray_dicom(
     path: str | Path,
     line_integrals: ArrayLike,
+    stand: Stand,
+    storage: Storage | None = None,
     *,
-    source_to_detector_mm: float,
-    pixel_spacing_mm: tuple[float, float],
-    source_to_isocenter_mm: float | None = None,
-    primary_deg: float | None = None,
-    secondary_deg: float | None = None,
-    extrinsic: ArrayLike | None = None,
-    bits: int = 12,
-    encoding: str = "linear",
-    saturation: float = 0.0,
-    photons: float | None = None,
-    seed: int = 0,
-    display: str = "source",
-    patient_position: str = "HFS",
     description: str = "simulated",
     study: str = "",
 ) -> Path:
     """Write line integrals as an XA file that `read_xray` turns back into them within quantisation.
 
-    Args:
-        path: file to write, replaced if it exists.
-        line_integrals: (H, W) one image or (F, H, W) a run, unitless, as seen from the source.
-        source_to_detector_mm: distance from the source to the detector (0018,1110).
-        pixel_spacing_mm: at the detector, (between rows, between columns) (0018,1164).
-        source_to_isocenter_mm: distance from the source to the isocentre (0018,1111), left out when None.
-        primary_deg: positioner primary angle, positive toward LAO (0018,1510).
-        secondary_deg: positioner secondary angle, positive toward CRA (0018,1511).
-        extrinsic: (4, 4) world LPS to camera; gives the angles that are None, and Patient Orientation
-            (0020,0020).
-        bits: bits stored, 8 to 16.
-        encoding: "linear": proportional to the beam (LIN); "log": linear in the line integral (LOG).
-        saturation: line integrals below this are burnt out to it.
-        photons: count of an unattenuated pixel, for Poisson noise; no noise when None.
-        seed: of the noise.
-        display: "source": stored as seen from the source; "detector": columns reversed, as C-arms show it.
-        patient_position: (0018,5100).
-        description: series description.
-        study: files with the same text share their Study Instance UID.
+    Parameters
+    ----------
+    path
+        File to write, replaced if it exists.
+    line_integrals
+        (H, W) one image or (F, H, W) a run, unitless, as seen from the source.
+    stand
+        Distances, spacing and angles.
+    storage
+        Bits, encoding and noise; `Storage()` when None.
+    description
+        Series description.
+    study
+        Files with the same text share their Study Instance UID.
 
-    Returns:
+    Returns
+    -------
+    Path
         The path.
 
-    Raises:
-        InputError: values or settings that cannot be stored.
+    Raises
+    ------
+    InputError
+        Values that cannot be stored, or a path that cannot be written.
 
     """
-    lines = _checked(line_integrals, bits, encoding, saturation, photons, display)
-    focal_length_px(source_to_detector_mm, pixel_spacing_mm)
-    if patient_position not in PATIENT_POSITIONS:
-        raise InputError(
-            f"patient_position is {patient_position!r}; give one of {', '.join(PATIENT_POSITIONS)}."
-        )
-    if photons is not None:
-        counts = np.random.default_rng(seed).poisson(photons * np.exp(-lines))
-        lines = -np.log(np.maximum(counts, 0.5) / photons)
-    stored, calibration = _encoded(np.maximum(lines, saturation), bits, encoding, saturation)
-    if display == "detector":
-        stored = stored[..., ::-1]
+    storage = storage or Storage()
+    stored, scale = storage.stored(line_integrals)
     dataset = _identified(stored, description, study)
-    _put_image(dataset, stored, bits, encoding, calibration)
-    _put_geometry(
-        dataset,
-        source_to_detector_mm,
-        source_to_isocenter_mm,
-        pixel_spacing_mm,
-        patient_position,
-        lines.ndim == 3,
-    )
-    _put_orientation(dataset, primary_deg, secondary_deg, extrinsic, display)
-    block = dataset.private_block(PRIVATE_GROUP, PRIVATE_CREATOR, create=True)
-    for offset, value in calibration.items():
-        block.add_new(offset, "FD", value)
+    _put_image(dataset, stored, storage, scale)
+    _put_geometry(dataset, stand, run=stored.ndim == 3)
+    _put_orientation(dataset, stand, storage.display)
+    put_scale(dataset, scale)
     path = Path(path)
     try:
         dataset.save_as(path, enforce_file_format=True)
     except OSError as error:
         raise InputError(f"{path} cannot be written ({error.strerror}); choose another folder.") from None
     return path
-
-
-def _checked(line_integrals, bits, encoding, saturation, photons, display) -> np.ndarray:
-    """Line integrals in float64, all settings in range."""
-    lines = np.asarray(line_integrals, dtype=np.float64)
-    if lines.ndim not in (2, 3) or not lines.size or not np.isfinite(lines).all():
-        raise InputError("Line integrals to write must be finite and of shape (H, W) or (F, H, W).")
-    if isinstance(bits, bool) or not isinstance(bits, int | np.integer) or not 8 <= bits <= 16:
-        raise InputError(f"bits is {bits}; give a whole number from 8 to 16.")
-    if encoding not in ("linear", "log"):
-        raise InputError(f'encoding is {encoding!r}; give "linear" or "log".')
-    if display not in ("source", "detector"):
-        raise InputError(f'display is {display!r}; give "source" or "detector".')
-    if not (np.isfinite(saturation) and saturation >= 0):
-        raise InputError(f"saturation is {saturation}; give a line integral of 0 or more.")
-    if photons is not None and not (np.isfinite(photons) and photons > 0):
-        raise InputError(f"photons is {photons}; give a count above 0.")
-    return lines
-
-
-def _encoded(
-    lines: np.ndarray, bits: int, encoding: str, saturation: float
-) -> tuple[np.ndarray, dict[int, float]]:
-    """Stored values, and the private elements that lead back: {1: I0} or {2: slope, 3: intercept}."""
-    levels = 2**bits - 1
-    if encoding == "linear":
-        direct = levels * float(np.exp(saturation))
-        stored = np.clip(np.rint(direct * np.exp(-lines)), 1, levels)
-        calibration = {1: direct}
-    else:
-        top = max(float(lines.max()), saturation + 1e-6)
-        step = (top - saturation) / levels
-        stored = np.clip(np.rint((top - lines) / step), 0, levels)
-        calibration = {2: -step, 3: top}
-    return stored.astype(np.uint8 if bits == 8 else np.uint16), calibration
 
 
 def _identified(stored: np.ndarray, description: str, study: str) -> Dataset:
@@ -185,33 +184,31 @@ def _identified(stored: np.ndarray, description: str, study: str) -> Dataset:
     return dataset
 
 
-def _put_image(
-    dataset: Dataset, stored: np.ndarray, bits: int, encoding: str, calibration: dict[int, float]
-) -> None:
+def _put_image(dataset: Dataset, stored: np.ndarray, storage: Storage, scale: dict[str, float]) -> None:
     """Image Pixel, Multi-frame, X-Ray Image and Modality LUT modules (PS3.3 C.7.6.3, C.8.7.1, C.11.1)."""
     dataset.SamplesPerPixel = 1
     dataset.PhotometricInterpretation = "MONOCHROME2"
     dataset.Rows, dataset.Columns = stored.shape[-2:]
     dataset.BitsAllocated = 8 * stored.itemsize
-    dataset.BitsStored, dataset.HighBit, dataset.PixelRepresentation = bits, bits - 1, 0
-    dataset.PixelIntensityRelationship = "LIN" if encoding == "linear" else "LOG"
+    dataset.BitsStored, dataset.HighBit, dataset.PixelRepresentation = storage.bits, storage.bits - 1, 0
+    dataset.PixelIntensityRelationship = "LIN" if storage.encoding == "linear" else "LOG"
     dataset.LossyImageCompression = "00"
     if stored.ndim == 3:
         dataset.NumberOfFrames = len(stored)
         dataset.FrameTime = "100"
         dataset.FrameIncrementPointer = 0x00181063
-    if encoding == "log":
-        dataset.ModalityLUTSequence = [_linear_lut(bits, calibration)]
+    if storage.encoding == "log":
+        dataset.ModalityLUTSequence = [_linear_lut(storage.bits, scale)]
     raw = np.ascontiguousarray(stored, dtype=stored.dtype.newbyteorder("<")).tobytes()
     dataset.add_new("PixelData", "OB" if stored.itemsize == 1 else "OW", raw + b"\0" * (len(raw) % 2))
 
 
-def _linear_lut(bits: int, calibration: dict[int, float]) -> Dataset:
+def _linear_lut(bits: int, scale: dict[str, float]) -> Dataset:
     """Modality LUT from logarithmic stored values to 16-bit values proportional to the beam."""
     from pydicom.dataset import Dataset
 
     entries = 2**bits
-    lines = calibration[2] * np.arange(entries) + calibration[3]
+    lines = scale["slope"] * np.arange(entries) + scale["intercept"]
     linear = np.rint(65535 * np.exp(lines.min() - lines)).astype("<u2")
     item = Dataset()
     item.add_new("LUTDescriptor", "US", [entries % 65536, 0, 16])
@@ -220,43 +217,31 @@ def _linear_lut(bits: int, calibration: dict[int, float]) -> Dataset:
     return item
 
 
-def _put_geometry(
-    dataset, source_to_detector, source_to_isocenter, spacing, patient_position, run: bool
-) -> None:
+def _put_geometry(dataset: Dataset, stand: Stand, *, run: bool) -> None:
     """X-Ray Acquisition and XA Positioner modules, distances only (PS3.3 C.8.7.2, C.8.7.5)."""
     dataset.KVP = dataset.XRayTubeCurrent = dataset.ExposureTime = None
     dataset.RadiationSetting = "GR"
-    dataset.ImagerPixelSpacing = [_decimal(part) for part in spacing]
-    dataset.DistanceSourceToDetector = _decimal(source_to_detector)
-    dataset.PatientPosition = patient_position
+    dataset.ImagerPixelSpacing = [_decimal(part) for part in stand.pixel_spacing_mm]
+    dataset.DistanceSourceToDetector = _decimal(stand.source_to_detector_mm)
+    dataset.PatientPosition = stand.patient_position
     dataset.PositionerType = "CARM"
     if run:
         dataset.PositionerMotion = "STATIC"
-    if source_to_isocenter is not None:
-        if not 0 < source_to_isocenter < source_to_detector:
-            raise InputError(
-                f"source_to_isocenter_mm is {source_to_isocenter}; give a number between 0 and the detector's distance."
-            )
-        dataset.DistanceSourceToPatient = _decimal(source_to_isocenter)
-        dataset.EstimatedRadiographicMagnificationFactor = _decimal(source_to_detector / source_to_isocenter)
+    near = stand.source_to_isocenter_mm
+    if near is not None:
+        dataset.DistanceSourceToPatient = _decimal(near)
+        dataset.EstimatedRadiographicMagnificationFactor = _decimal(stand.source_to_detector_mm / near)
 
 
-def _put_orientation(dataset, primary_deg, secondary_deg, extrinsic, display: str) -> None:
+def _put_orientation(dataset: Dataset, stand: Stand, display: str) -> None:
     """Positioner angles and Patient Orientation (PS3.3 C.8.7.5.1.2, C.7.6.1.1.1)."""
     dataset.PositionerPrimaryAngle = dataset.PositionerSecondaryAngle = dataset.PatientOrientation = None
-    if extrinsic is not None:
-        rotation = require_rigid(extrinsic)[:3, :3]
-        angles = carm_angles(extrinsic)
-        primary_deg = angles.primary_deg if primary_deg is None else primary_deg
-        secondary_deg = angles.secondary_deg if secondary_deg is None else secondary_deg
-    elif primary_deg is not None and secondary_deg is not None:
-        rotation = carm_extrinsic(primary_deg, secondary_deg, 1.0)[:3, :3]
-    else:
+    view = stand.view()
+    if view is None:
         return
-    dataset.PositionerPrimaryAngle, dataset.PositionerSecondaryAngle = (
-        _decimal(primary_deg),
-        _decimal(secondary_deg),
-    )
+    rotation, primary, secondary = view
+    dataset.PositionerPrimaryAngle = _decimal(primary)
+    dataset.PositionerSecondaryAngle = _decimal(secondary)
     columns = -rotation[0] if display == "detector" else rotation[0]
     dataset.PatientOrientation = [_letters(columns), _letters(rotation[1])]
 

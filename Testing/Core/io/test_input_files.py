@@ -11,9 +11,10 @@ from PolyPoseLib.__main__ import main
 from PolyPoseLib.cli._destinations import check_json_destinations
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.files import refuse_special_file
+from PolyPoseLib.io.images import ENDINGS
 from PolyPoseLib.io.paths import resolve
 from PolyPoseLib.io.segmentations import read_segmentation
-from PolyPoseLib.io.volumes import ENDINGS, read_ct, read_volume
+from PolyPoseLib.io.volumes import read_ct, read_volume
 from PolyPoseLib.io.xray.calibration import read_calibration
 from PolyPoseLib.io.xray.plain import PLAIN_ENDINGS, read_plain
 from PolyPoseLib.io.xray.read import read_xray

@@ -1,0 +1,171 @@
+"""Image files through SimpleITK: NIfTI, NRRD, MetaImage and Analyze, with every failure as one sentence."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from PolyPoseLib.data.shear import SHEAR_FIX
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.detached_data import HEADER_ENDINGS, refuse_special_data
+from PolyPoseLib.io.files import refuse_special_file
+from PolyPoseLib.io.nifti import check_nifti, check_nifti_grid, pair_of
+from PolyPoseLib.io.readers import NIFTI_ENDINGS, reader_for
+
+if TYPE_CHECKING:
+    import SimpleITK as sitk
+
+MAX_VOXELS = 2_000_000_000
+"""Images with more voxels than this are refused before they are read."""
+
+ENDINGS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd", ".hdr", ".img", ".img.gz")
+"""Endings of the files that are read here; DICOM is read by dicom_series."""
+
+_NEGATIVE_SPACING = re.compile(
+    rb"^[ \t]*(?:Element(?:Spacing|Size)[ \t]*[=:]|spacings:)(?:[^\n]*[ \t])?-[0-9.]",
+    re.IGNORECASE | re.MULTILINE,
+)
+_HEADER_END = re.compile(rb"\n\r?\n|ElementDataFile")
+
+_SHEAR = re.compile(r"orthonormal|shear|skew", re.IGNORECASE)
+
+
+def read_image(path: str | Path) -> sitk.Image:
+    """Read an image of any dimension, scalar or vector.
+
+    Raises
+    ------
+    InputError
+        Absent, another kind of file, damaged, too large, or with a grid that is ambiguous; the sentence names the file
+        and the fix.
+
+    """
+    path = Path(path)
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file; check the name and the folder.")
+    if not path.name.lower().endswith(ENDINGS):
+        raise InputError(
+            f"{path}: this kind of file is not read as a volume; give NIfTI, NRRD, MHA or a DICOM folder."
+        )
+    reader = reader_for(path)
+    refuse_special_data(path)
+    for half in pair_of(path):
+        refuse_special_file(half)
+    try:
+        reader.ReadImageInformation()
+        size = reader.GetSize()
+        if np.prod([float(n) for n in size]) * reader.GetNumberOfComponents() > MAX_VOXELS:
+            raise InputError(
+                f"{path}: {'x'.join(map(str, size))} voxels are too many to hold in memory; resample the "
+                "image to a coarser grid or crop it."
+            )
+        if path.name.lower().endswith(NIFTI_ENDINGS):
+            check_nifti(path)
+            check_nifti_grid(path)
+        _refuse_negative_spacing(path)
+        return reader.Execute()
+    except (RuntimeError, MemoryError) as error:
+        raise InputError(_read_failure(path, str(error))) from error
+
+
+def _refuse_negative_spacing(path: Path) -> None:
+    """Refuse MetaImage and NRRD files that count an axis backward; raises InputError.
+
+    The toolkit turns the axis round, and whoever wrote the sign may have meant the same or the mirror image.
+    """
+    if not path.name.lower().endswith(HEADER_ENDINGS):
+        return
+    with path.open("rb") as stream:
+        head = _HEADER_END.split(stream.read(1 << 16), maxsplit=1)[0]
+    if _NEGATIVE_SPACING.search(head):
+        raise InputError(
+            f"{path}: its voxel spacing is negative, so left and right are not certain; save it again with spacings "
+            "above 0 and the axes' directions."
+        )
+
+
+def read_scalar_image(path: str | Path) -> sitk.Image:
+    """Read a three-dimensional image with one value per voxel; a last dimension of length one is dropped.
+
+    Raises
+    ------
+    InputError
+        As `read_image`, and for any other number of dimensions or values per voxel, or complex numbers.
+
+    """
+    image = read_image(path)
+    while image.GetDimension() > 3 and image.GetSize()[-1] == 1:
+        image = _first_of_last_axis(image)
+    dimension, components = image.GetDimension(), image.GetNumberOfComponentsPerPixel()
+    if dimension == 2:
+        raise InputError(
+            f"{path}: the image has 2 dimensions, a volume needs 3; give the whole stack of slices."
+        )
+    if dimension != 3:
+        raise InputError(
+            f"{path}: the image has {dimension} dimensions ({'x'.join(map(str, image.GetSize()))}), a volume "
+            "needs 3; save one time point as its own file."
+        )
+    if components != 1:
+        raise InputError(
+            f"{path}: the image has {components} values per voxel (colours, vectors or layers), a volume "
+            "needs one; save one component as its own file."
+        )
+    if "complex" in image.GetPixelIDTypeAsString():
+        raise InputError(f"{path}: the image holds complex numbers; save its real part as its own file.")
+    return image
+
+
+def write_image(image: sitk.Image, path: Path) -> None:
+    """Write an image, compressed, and check that all of it arrived; raises InputError otherwise."""
+    import SimpleITK as sitk
+
+    try:
+        sitk.WriteImage(image, str(path), True)
+        arrived = path.stat().st_size > 0
+        if path.name.endswith(".gz"):
+            _read_through(path)
+    except (RuntimeError, OSError, EOFError) as error:
+        raise InputError(_write_failure(path, error)) from error
+    if not arrived:
+        raise InputError(f"{path}: nothing could be written; check the free space and the permissions.")
+
+
+def _read_through(path: Path) -> None:
+    """Decompress a file to its end: a full disk can go unnoticed by the writer, but not by the checksum."""
+    import gzip
+
+    with gzip.open(path) as stream:
+        while stream.read(1 << 22):
+            pass
+
+
+def _first_of_last_axis(image: sitk.Image) -> sitk.Image:
+    """The image without its last axis."""
+    import SimpleITK as sitk
+
+    return sitk.Extract(image, [*image.GetSize()[:-1], 0])
+
+
+def _read_failure(path: Path, message: str) -> str:
+    """One sentence for the toolkit's several lines."""
+    if _SHEAR.search(message):
+        return f"{path}: the slices are sheared (gantry tilt) or its axes are not orthonormal; {SHEAR_FIX}."
+    if path.stat().st_size == 0:
+        return f"{path}: the file is empty; export it again."
+    return f"{path}: the file is no readable image (damaged, cut short, another format); export it again."
+
+
+def _write_failure(path: Path, error: Exception) -> str:
+    """One sentence that says why a file could not be written, as far as the system reports it."""
+    import errno
+    import shutil
+
+    if not path.parent.is_dir():
+        return f"{path}: the folder {path.parent} does not exist; make it first."
+    full = getattr(error, "errno", None) == errno.ENOSPC or shutil.disk_usage(path.parent).free < 1 << 16
+    reason = "no space is left on the disk" if full else "the file could not be written whole"
+    return f"{path}: {reason}; free some space, check the permissions, or choose another folder."
