@@ -4,29 +4,58 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PolyPoseLib.data.segmentation import Segment, Segmentation
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.images import read_image, read_scalar_image
+from PolyPoseLib.io.images import read_image
 from PolyPoseLib.io.volumes import read_volume
+
+if TYPE_CHECKING:
+    import SimpleITK as sitk
+
+_SLICER_ENDINGS = (".nrrd", ".nhdr")
+"""Files that may name their segments."""
 
 _SEGMENT_FIELD = re.compile(r"^Segment([0-9]{1,9})_(ID|Name|LabelValue|Layer)$")
 
 
 def read_segmentation(path: str | Path) -> Segmentation:
-    """Read a label map or a .seg.nrrd; raises InputError naming the file and the fix."""
+    """Read a label map or a .seg.nrrd.
+
+    Parameters
+    ----------
+    path
+        A file, or a folder of DICOM slices.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or its values are no labels; the sentence names it and the fix.
+
+    """
     path = Path(path)
-    if path.is_dir() or not path.name.lower().endswith((".nrrd", ".nhdr")):
-        return Segmentation.from_labels(read_volume(path), str(path))
-    image = read_image(path)
-    segments = _segments({key: image.GetMetaData(key) for key in image.GetMetaDataKeys()}, path)
-    if not segments:
-        return Segmentation.from_labels(Volume.from_sitk(read_scalar_image(path)), str(path))
-    return Segmentation(_layers(image, path), segments, str(path))
+    if path.name.lower().endswith(_SLICER_ENDINGS) and not path.is_dir():
+        image = read_image(path)
+        segments = _segments(_segment_fields(image), path)
+        if segments:
+            return Segmentation(_layers(image, path), segments, str(path))
+    return Segmentation.from_labels(read_volume(path), str(path))
 
 
-def _layers(image, path: Path) -> tuple[Volume, ...]:
+def _segment_fields(image: sitk.Image) -> dict[str, str]:
+    """The fields about segments; other programs' fields may have names that the toolkit does not find again."""
+    keys = [key for key in image.GetMetaDataKeys() if _SEGMENT_FIELD.match(key)]
+    return {key: _text(image.GetMetaData(key)) for key in keys}
+
+
+def _text(value: str) -> str:
+    """A field's value with the replacement character where its bytes are no UTF-8, so that it can be printed."""
+    return value.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+
+
+def _layers(image: sitk.Image, path: Path) -> tuple[Volume, ...]:
     """The layers of a vector or four-dimensional image as volumes."""
     import SimpleITK as sitk
 
