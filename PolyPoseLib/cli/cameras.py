@@ -145,26 +145,29 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
     from PolyPoseLib.pipeline import camera_regressor
     from PolyPoseLib.registration.cameras.rig_initial import initial_rig_cameras
     from PolyPoseLib.registration.cameras.study import grouped_by_rig
+    from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
+    from PolyPoseLib.registration.run import Run
     from PolyPoseLib.registration.scene import Scene
     from PolyPoseLib.rendering.select import resolve_device, select_backend
 
     options = Options.from_dict(merged_options(study.options, arguments))
     backend = select_backend(options.kernel, resolve_device(options.device), options.threads)
     display = progress_display(arguments.progress)
-    monitor = Monitor(display, None)
     cameras: dict[int, FoundCamera] = {}
     try:
         model = camera_regressor(study, arguments.model or options.camera_model)
-        scene = Scene(study.ct, study.structures, study.anchor)
-        xrays = place_isocenter(study.xrays, scene.anchor_centre)
+        run = Run(
+            SoftTissue(Scene(study.ct, study.structures, study.anchor)), backend, Monitor(display, None)
+        )
+        xrays = place_isocenter(study.xrays, run.scene.anchor_centre)
         for numbers in grouped_by_rig(xrays):
             if not set(numbers) & set(wanted):
                 continue
             group = [xrays[n] for n in numbers]
             stage = f"camera {group[0].name or numbers[0] + 1}"
             method = _method(group[0], arguments, model is not None)
-            found = initial_rig_cameras(scene, group, backend, monitor, stage, method, model)
-            monitor.step(stage, 1, 1, found[0].similarity)
+            found = initial_rig_cameras(run.named(stage), group, method, model)
+            run.named(stage).step(1, 1, found[0].similarity)
             for n, camera in zip(numbers, found, strict=True):
                 if n in wanted:
                     cameras[n] = replace(camera, mirrored=xrays[n].mirrored)

@@ -15,8 +15,8 @@ from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.grid import covering_grid
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
-from PolyPoseLib.registration.scene import WORKING_MM, Scene
-from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.registration.run import Run
+from PolyPoseLib.registration.scene import WORKING_MM
 from PolyPoseLib.rendering.rigid import project_body
 from PolyPoseLib.warp.composition import compose_warped_ct, compose_warped_labels
 from PolyPoseLib.warp.dense import AnyWarp, displacement_field, warp_labels, warp_volume
@@ -54,8 +54,26 @@ def warp_study(
 ) -> Warped:
     """The dense transform, and the CT and its labels in the fixed frame.
 
-    poses: (K, 4, 4); composed: lay every bone rigidly over the warped soft tissue instead of warping all alike; unfold:
-    take folds out of the soft tissue.
+    Parameters
+    ----------
+    study : Study
+        The CT and its segmentation.
+    soft : SoftTissue
+        Gives the warp.
+    poses : (K, 4, 4) ndarray
+        Fixed to moving.
+    spacing_mm : float
+        Grid of the transform.
+    composed : bool
+        Lay every bone rigidly over the warped soft tissue instead of warping everything alike.
+    unfold : bool
+        Relax folds out of the soft tissue.
+
+    Returns
+    -------
+    Warped
+        On grids that cover the CT.
+
     """
     distances = distance_maps(study.structures, study.ct.affine)
     exact = soft.warp(distances, poses)
@@ -99,17 +117,16 @@ def _transform_grid(ct: Volume, spacing_mm: float) -> tuple[np.ndarray, tuple[in
     return *covering_grid(ct.affine, ct.shape, spacing_mm, MARGIN_MM, keep_coarser=False), False
 
 
-def render_views(
-    scene: Scene, soft: SoftTissue, cameras: Sequence[Camera], poses: np.ndarray, backend: Backend
-) -> list[np.ndarray]:
+def render_views(run: Run, cameras: Sequence[Camera], poses: np.ndarray) -> list[np.ndarray]:
     """Line integrals (H, W) float32 of every view, bones and soft tissue posed by ``poses`` (K, 4, 4)."""
+    soft, backend = run.soft_tissue, run.backend
     field = soft.coarse_field(poses)
     images = []
     for camera in cameras:
         factor = max(1, -(-max(camera.height, camera.width) // LARGEST_RENDERING))
         small = camera.binned(factor) if factor > 1 else camera
         image = soft.render(field, small, np.eye(4), WORKING_MM, backend)
-        for body, pose in zip(scene.bodies(WORKING_MM), poses, strict=True):
+        for body, pose in zip(run.scene.bodies(WORKING_MM), poses, strict=True):
             part = project_body(body, small, pose, WORKING_MM, backend)
             image[part.slices] += part.image
         images.append(_enlarged(image, camera, factor))

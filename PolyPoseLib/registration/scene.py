@@ -19,8 +19,26 @@ WORKING_MM = 1.2
 class Scene:
     """Everything that is rendered, at any resolution.
 
-    names: of the K structures, in the order of all poses; anchor: index of the one that defines the cameras;
-    centres: (K, 3) centroids, LPS mm.
+    Parameters
+    ----------
+    ct : Volume
+        In HU.
+    structures : Structures
+        On the CT's grid.
+    anchor : str
+        Name of the structure that defines the cameras.
+    working_mm : float
+        The CT is averaged to about this voxel first.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the K structures, in the order of all poses.
+    anchor : int
+        Index of the structure that defines the cameras.
+    centres : (K, 3) ndarray
+        Centroids, LPS mm.
+
     """
 
     def __init__(
@@ -49,6 +67,16 @@ class Scene:
     def anchor_centre(self) -> np.ndarray:
         """(3,) LPS mm; cameras are perturbed about it."""
         return self.centres[self.anchor]
+
+    @property
+    def moving(self) -> list[int]:
+        """Indices of all structures but the anchor."""
+        return [k for k in range(len(self.names)) if k != self.anchor]
+
+    @property
+    def rest_poses(self) -> np.ndarray:
+        """(K, 4, 4) identities: every structure where the CT has it."""
+        return np.stack([np.eye(4)] * len(self.names))
 
     def bodies(self, voxel_mm: float) -> list[Body]:
         """One body per structure: what its bone adds to the soft tissue that fills its place."""

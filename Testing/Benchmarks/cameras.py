@@ -35,7 +35,9 @@ from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS, standard_view_ro
 from PolyPoseLib.registration.cameras.initial import initial_camera
 from PolyPoseLib.registration.cameras.refine import find_camera
 from PolyPoseLib.registration.fit.levels import Observation
+from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.presets import PRESETS
+from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.select import select_backend
@@ -148,28 +150,28 @@ def xray_of(image: np.ndarray, true: Camera, view: str | None) -> Xray:
 def find(
     scene: Scene, image: np.ndarray, true: Camera, view: str | None, points: np.ndarray, backend: Backend
 ) -> dict:
-    """Guess and refine one camera; errors in mm at the anchor's points."""
+    """Find and refine one camera; errors in mm at the anchor's points."""
     xray = xray_of(image, true, view)
-    monitor = Monitor(None, None)
+    run = Run(SoftTissue(scene), backend, Monitor(None, None), "camera")
     start, used = time.perf_counter(), time.process_time()
     try:
-        guess = initial_camera(scene, xray, backend, monitor, "camera")
+        found = initial_camera(run, xray)
     except PolyPoseError as error:
         return {"sure": False, "error_mm": None, "seconds": time.perf_counter() - start, "how": str(error)}
-    first = guess.camera_of(xray)
-    measured = Observation(xray.image, xray.mask, first)
-    camera = find_camera(scene, measured, PRESETS["default"].camera_levels, backend, monitor, "camera")
+    first = found.camera_of(xray)
+    observation = Observation(xray.image, xray.mask, first)
+    camera = find_camera(run, observation, PRESETS["default"].camera_levels)
     errors = [projection_error_mm(points, true, each) for each in (first, camera)]
     before, after = (float(np.mean(np.nan_to_num(error, nan=1e3))) for error in errors)
     return {
-        "sure": guess.sure,
+        "sure": found.sure,
         "error_mm": after,
         "guess_mm": before,
         "seconds": time.perf_counter() - start,
         "cpu_seconds": time.process_time() - used,
-        "similarity": guess.similarity,
-        "runner_up": guess.runner_up,
-        "how": guess.how,
+        "similarity": found.similarity,
+        "runner_up": found.runner_up,
+        "how": found.how,
     }
 
 

@@ -41,7 +41,9 @@ from PolyPoseLib.registration.cameras.initial import initial_camera
 from PolyPoseLib.registration.cameras.refine import find_camera
 from PolyPoseLib.registration.cameras.search import SearchRange, coarse_cameras
 from PolyPoseLib.registration.fit.levels import Observation
+from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.presets import PRESETS
+from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.select import select_backend
 
@@ -145,9 +147,10 @@ class Comparison:
 
     def __init__(self, ct: Volume, structures: Structures, arguments: argparse.Namespace, path: Path) -> None:
         self.anchor = structures.names[0]
-        self.scene = Scene(ct, structures, self.anchor)
+        backend = select_backend(threads=arguments.threads)
+        scene = Scene(ct, structures, self.anchor)
+        self.context = Run(SoftTissue(scene), backend, Monitor(None, None), "camera")
         self.points = mask_points(structures.mask(self.anchor), ct.affine, 2000)
-        self.backend = select_backend(threads=arguments.threads)
         self.model = load_regressor(path, ct, structures, self.anchor)
         self.wanted = [name for name in WAYS if name not in arguments.skip]
 
@@ -155,27 +158,19 @@ class Comparison:
         """Add to a test view's row the errors and times of the ways that it lacks."""
         view = row["view"]
         xray = xray_of(image, true, view)
-        measured = Observation(xray.image, xray.mask, true)
+        observation = Observation(xray.image, xray.mask, true)
         searched = SearchRange.around_view(view, SOURCE_TO_DETECTOR_MM)
-        quiet = Monitor(None, None)
         ways: dict[str, Callable[[], Any]] = {
             "learned": lambda: self.model.predict(xray)[0],
-            "coarse": lambda: coarse_cameras(self.scene, measured, searched, self.backend, quiet, "camera")[
-                0
-            ],
-            "learned_whole": lambda: self._guess(xray, "learned"),
-            "search_whole": lambda: self._guess(xray, "search"),
+            "coarse": lambda: coarse_cameras(self.context, observation, searched)[0],
+            "learned_whole": lambda: initial_camera(self.context, xray, "learned", self.model),
+            "search_whole": lambda: initial_camera(self.context, xray, "search", self.model),
         }
         for name in self.wanted:
             if name not in row:
-                row[name] = self._scored(ways[name], true, measured)
+                row[name] = self._scored(ways[name], true, observation)
 
-    def _guess(self, xray, method: str):
-        return initial_camera(
-            self.scene, xray, self.backend, Monitor(None, None), "camera", method, model=self.model
-        )
-
-    def _scored(self, way: Callable[[], Any], true: Camera, measured: Observation) -> dict[str, Any]:
+    def _scored(self, way: Callable[[], Any], true: Camera, observation: Observation) -> dict[str, Any]:
         """Error before and after the usual refinement, and the time before it."""
         start, used = time.perf_counter(), _cpu_seconds()
         try:
@@ -184,9 +179,9 @@ class Comparison:
             return {"failed": str(error), "error_mm": None, "refined_mm": None}
         seconds, cpu_seconds = time.perf_counter() - start, _cpu_seconds() - used
         camera = found if isinstance(found, Camera) else true.with_extrinsic(found.extrinsic)
-        start_at = Observation(measured.image, measured.mask, camera)
+        start_at = observation.with_camera(camera)
         levels = PRESETS["default"].camera_levels
-        refined = find_camera(self.scene, start_at, levels, self.backend, Monitor(None, None), "camera")
+        refined = find_camera(self.context, start_at, levels)
         row = {"seconds": seconds, "cpu_seconds": cpu_seconds}
         row |= {"error_mm": self._error(true, camera), "refined_mm": self._error(true, refined)}
         return row if isinstance(found, Camera) else {**row, "sure": found.sure, "how": found.how}

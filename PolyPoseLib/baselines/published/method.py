@@ -17,27 +17,21 @@ import torch
 
 from PolyPoseLib.baselines.published.objective import PolyrigidObjective, View, gmncc_with_gradient
 from PolyPoseLib.baselines.published.optimizers import Adam, climb, pose_rates
-from PolyPoseLib.data.displacement_field import DisplacementField
-from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
 from PolyPoseLib.geometry import se3
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.grid import Grid
 from PolyPoseLib.geometry.rigid import about
-from PolyPoseLib.registration.fit.levels import Level, Observation, binned, pixel_size_mm, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, binned
 from PolyPoseLib.registration.fit.problem import JointResult, RigidProblem, State, corrected
-from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
-from PolyPoseLib.registration.fit.weighting import dilated, projection_mask, robust_weight
+from PolyPoseLib.registration.fit.views import LevelViews
+from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, project_body
 from PolyPoseLib.warp.weights import distance_maps
 
 LEVEL = Level(2.0, 14.0, 0)
-
-REACH_MM = 10.0
-"""The X-rays count this far around the moving bones."""
-
+"""Resolution at which the uncertainty of the found poses is computed."""
 
 MAPS_BYTES = 3 << 27
 """Memory of the distance maps; they are made coarser to fit."""
@@ -66,74 +60,100 @@ paper's (its scales 24, 12 and 6 leave 52, 103 and 206 pixels)."""
 
 
 def find_camera_by_anchor(
-    ct: Volume,
-    scene: Scene,
-    measured: Observation,
-    backend: Backend,
-    monitor: Monitor,
-    stage: str,
-    levels: Sequence[PaperLevel] = CAMERA_LEVELS,
+    run: Run, ct: Volume, observation: Observation, levels: Sequence[PaperLevel] = CAMERA_LEVELS
 ) -> Camera:
     """Refine one X-ray's camera: Adam on a perturbation of se(3) about the anchor's centroid.
 
     The anchor, cut out of the CT, is compared with the whole X-ray.
+
+    Parameters
+    ----------
+    run : Run
+        The patient, the renderer and the monitor.
+    ct : Volume
+        In HU.
+    observation : Observation
+        The X-ray with its initial camera.
+    levels : sequence of PaperLevel
+        Coarse to fine.
+
+    Returns
+    -------
+    Camera
+        The refined one.
+
     """
     adam, parameters = Adam(pose_rates()), np.zeros(6)
     total, done = sum(level.iterations for level in levels), 0
     for level in levels:
-        view = view_of(measured, level.pixels)
-        judge = gmncc_with_gradient(view.image, view.mask)
-        body = anchor_body(ct, scene, level.voxel_mm)
+        view = view_of(observation, level.pixels)
+        score = gmncc_with_gradient(view.image, view.mask)
+        body = anchor_body(ct, run.scene, level.voxel_mm)
         for iteration in range(level.iterations):
             vector = torch.as_tensor(parameters)
             pose = about(se3.exp(vector).numpy(), body.centre)
             step = sample_distance(ct, level)
-            part = project_body(body, view.camera, pose, step, backend, jacobian=True)
+            part = project_body(body, view.camera, pose, step, run.backend, jacobian=True)
             image = np.zeros(view.image.shape, np.float32)
             image[part.slices] = part.image
-            similarity, slope = judge(image)
-            monitor.step(stage, done + iteration, total, similarity)
+            similarity, slope = score(image)
+            run.step(done + iteration, total, similarity)
             by_left = np.tensordot(part.jacobian, slope[part.slices], 2)
             parameters = adam.ascend(parameters, se3.left_jacobian(vector).numpy().T @ by_left)
         done += level.iterations
-    correction = about(se3.exp(torch.as_tensor(parameters)).numpy(), scene.anchor_centre)
-    return corrected(measured.camera, correction)
+    correction = about(se3.exp(torch.as_tensor(parameters)).numpy(), run.scene.anchor_centre)
+    return corrected(observation.camera, correction)
 
 
 def fit_structures_by_gmncc(
+    run: Run,
     ct: Volume,
-    scene: Scene,
-    soft: SoftTissue,
-    measured: Sequence[Observation],
-    optimizer: str,
-    backend: Backend,
-    monitor: Monitor,
-    preview: Callable[[DisplacementField], str | None] | None = None,
+    observations: Sequence[Observation],
+    optimizer: str = "adam",
     levels: Sequence[PaperLevel] = PAPER_LEVELS,
 ) -> JointResult:
     """Fit all structures but the anchor, from rest, with the cameras held.
 
-    ct: in HU; soft: its weights' frame and form are used; optimizer: "adam", or "lm" for Gauss-Newton steps on the
-    same objective; preview: given the coarse displacement field every PREVIEW_EVERY iterations.
+    Parameters
+    ----------
+    run : Run
+        The patient with the weights' frame and form, the renderer and the monitor.
+    ct : Volume
+        In HU.
+    observations : sequence of Observation
+        The X-rays with their cameras.
+    optimizer : str
+        "adam", or "lm" for Levenberg-Marquardt on the same objective.
+    levels : sequence of PaperLevel
+        Coarse to fine, at least one.
+
+    Returns
+    -------
+    JointResult
+        Its problem is that of the default method at these poses, for their uncertainty.
+
     """
+    run, scene, soft = run.named("bones"), run.scene, run.soft_tissue
     maps = distance_maps(scene.structures, scene.ct_affine, budget_bytes=MAPS_BYTES)
-    warp = soft.warp(maps, np.stack([np.eye(4)] * len(scene.names)))
-    moving = [k for k in range(len(scene.names)) if k != scene.anchor]
+    warp = soft.warp(maps, scene.rest_poses)
+    moving = scene.moving
     parameters = np.zeros((len(scene.names), 6))
     adam = Adam(pose_rates())
     total, done = sum(level.iterations for level in levels), 0
 
     def report(iteration: int, parameters: np.ndarray, similarity: float) -> None:
         show = None
-        if preview is not None and iteration % PREVIEW_EVERY == 0:
-            show = partial(_show, preview, soft, objective.poses(parameters))
-        monitor.step("bones", iteration, total, similarity, show)
+        if iteration % PREVIEW_EVERY == 0:
+            show = partial(soft.coarse_field, objective.poses(parameters))
+        run.step(iteration, total, similarity, show)
 
     for level in levels:
-        views = [view_of(m, level.pixels) for m in measured]
+        views = [view_of(m, level.pixels) for m in observations]
         grid = attenuation_grid(ct, level.voxel_mm)
         step = sample_distance(ct, level)
-        objective = PolyrigidObjective(grid.voxels, grid.affine, warp, views, scene.centres, step, backend)
+        objective = PolyrigidObjective(
+            grid.voxels, grid.affine, warp, views, scene.centres, step, run.backend
+        )
         if optimizer == "lm":
             parameters = _climb(objective, parameters, moving, level.iterations, done, report)
         else:
@@ -144,9 +164,9 @@ def fit_structures_by_gmncc(
                 parameters = adam.ascend(parameters, gradient)
         done += level.iterations
     poses = objective.poses(parameters)
-    state = State(poses, np.stack([np.eye(4)] * len(measured)))
-    problem = rigid_problem_at(scene, soft, measured, state, backend)
-    return JointResult(poses, [m.camera for m in measured], problem, state)
+    state = State.of_poses(poses, len(observations))
+    problem = rigid_problem_at(run, observations, state)
+    return JointResult([m.camera for m in observations], problem, state)
 
 
 def _climb(
@@ -174,18 +194,12 @@ def _climb(
     return whole(found)
 
 
-def _show(
-    preview: Callable[[DisplacementField], str | None], soft: SoftTissue, poses: np.ndarray
-) -> str | None:
-    return preview(soft.coarse_field(poses))
-
-
-def view_of(measured: Observation, pixels: int) -> View:
+def view_of(observation: Observation, pixels: int) -> View:
     """The X-ray at about ``pixels`` a side, with its camera."""
-    height, width = measured.image.shape
+    height, width = observation.image.shape
     factor = max(1, min(round(max(height, width) / pixels), min(height, width) // 16))
-    image, mask = binned(measured.image, measured.mask, factor)
-    return View(image, mask, measured.camera.binned(factor))
+    image, mask = binned(observation.image, observation.mask, factor)
+    return View(image, mask, observation.camera.binned(factor))
 
 
 def sample_distance(ct: Volume, level: PaperLevel) -> float:
@@ -219,22 +233,13 @@ def anchor_body(ct: Volume, scene: Scene, voxel_mm: float | None) -> Body:
     return Body(grid.voxels, grid.affine, scene.anchor_centre)
 
 
-def rigid_problem_at(
-    scene: Scene, soft: SoftTissue, measured: Sequence[Observation], state: State, backend: Backend
-) -> RigidProblem:
+def rigid_problem_at(run: Run, observations: Sequence[Observation], state: State) -> RigidProblem:
     """All structures but the anchor as rigid bodies in front of soft tissue that follows ``state``.
 
-    The poses need not be its optimum: residuals that they leave unexplained count as noise, and widen the intervals.
+    The poses need not be its optimum: residuals that they leave count as noise, and widen the intervals.
     """
-    centre = scene.anchor_centre
-    views = [view_at(LEVEL, m, centre) for m in measured]
-    moving = [k for k in range(len(scene.names)) if k != scene.anchor]
-    bodies = scene.bodies(LEVEL.size_mm)
-    problem = RigidProblem(bodies, views, moving, [], centre, LEVEL.size_mm, backend)
-    field = soft.coarse_field(state.poses)
-    for n, view in enumerate(views):
-        view.static = soft.render(field, view.camera, np.eye(4), LEVEL.size_mm, backend)
-        reach = REACH_MM / pixel_size_mm(view.camera, centre)
-        region = dilated(projection_mask(problem, state, n, moving), reach)
-        view.weight = robust_weight(view, problem.residual(state, n), region)
+    views = LevelViews(run, observations, LEVEL)
+    problem = views.structures(run.scene.moving)
+    views.render_soft_tissue(state)
+    views.weigh_structures(problem, state)
     return problem

@@ -1,27 +1,26 @@
-"""Another look at every bone from other starting poses, one bone at a time.
+"""Every bone fitted again from other starting poses, one bone at a time.
 
-Least squares find the nearest valley only.  After the coarsest level each bone, from the anchor outwards, is started
-anew: turned about its joints to either side of three axes, shifted, carried along with its neighbour, and at rest.
+Least squares find the nearest local minimum only. After the coarsest level each bone, from the anchor outwards, is
+restarted: turned about its joints to either side of three axes, shifted, moved along with its neighbour, and at rest.
 The start that ends at the lowest cost over one fixed region of the X-rays is kept.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.geometry.rigid import about, perturbation
-from PolyPoseLib.registration.articulations import ArticulationPrior, OneBonePrior
-from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm, view_at
+from PolyPoseLib.registration.articulations import Articulation
+from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
-from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
+from PolyPoseLib.registration.fit.views import LevelViews, problem_of_one_bone
 from PolyPoseLib.registration.fit.weighting import VISIBLE_LINE_INTEGRAL, dilated, reliability
+from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import project_body
 
 TURN_DEG = 12.0
@@ -39,40 +38,59 @@ REACH_MM = 8.0
 """The X-rays count this far around every start's projection."""
 
 SHORT = 3
-"""Iterations that every start gets; the best few go on with the level's own."""
+"""Iterations that every start gets; the best few continue with the level's own."""
 
 KEPT = 3
-"""Starts that go on."""
+"""Starts that continue."""
 
 
 def restart_bones(
-    scene: Scene,
-    soft: SoftTissue,
-    measured: Sequence[Observation],
+    run: Run,
+    observations: Sequence[Observation],
     poses: np.ndarray,
     level: Level,
-    backend: Backend,
-    monitor: Monitor,
     which: Collection[int] | None = None,
     far: bool = False,
 ) -> np.ndarray:
-    """Poses (K, 4, 4) fixed to moving, each bone's the best of several starts; cameras stand still.
+    """Fit bones one by one from several starts, with the cameras and the soft tissue held.
 
-    which: indices of the bones that are started anew, None for all; far: whether they are started far away as well.
+    Parameters
+    ----------
+    run : Run
+        The patient, the renderer and the monitor.
+    observations : sequence of Observation
+        The X-rays with their cameras.
+    poses : (K, 4, 4) ndarray
+        Fixed to moving.
+    level : Level
+        The resolution, and the iterations of the best starts.
+    which : collection of int, optional
+        Indices of the bones that are restarted; None for all.
+    far : bool
+        Whether they are started far away as well.
+
+    Returns
+    -------
+    (K, 4, 4) ndarray
+        Each bone's pose is the best of its starts.
+
     """
-    views = [view_at(level, m, scene.anchor_centre) for m in measured]
-    field = soft.coarse_field(poses)
-    tissue = [soft.render(field, view.camera, np.eye(4), level.size_mm, backend) for view in views]
-    poses = poses.copy()
-    order = [link for link in chain_from_anchor(scene) if which is None or link[0] in which]
+    run = run.named("restarts")
+    views = LevelViews(run, observations, level)
+    problem = views.structures(run.scene.moving)
+    state = State.of_poses(poses, len(views.views))
+    views.render_soft_tissue(state)
+    order = [link for link in chain_from_anchor(run.scene) if which is None or link[0] in which]
     for n, (k, neighbour) in enumerate(order):
-        monitor.step("restarts", n, len(order), None)
-        poses[k] = _best_start(_Bone(scene, k, level, backend), views, tissue, poses, neighbour, far)
-    return poses
+        run.step(n, len(order))
+        starts = list(_starts(run.scene, state.poses, k, neighbour, far))
+        found = _best_of(problem, state, k, starts, level.iterations)
+        state = state.with_pose(k, state.poses[neighbour] if found is None else found)
+    return state.poses
 
 
 def chain_from_anchor(scene: Scene) -> list[tuple[int, int]]:
-    """(bone, the neighbour it hangs from), nearest to the anchor first."""
+    """(bone, the neighbour that links it to the anchor), nearest to the anchor first."""
     reached, order = {scene.anchor}, []
     while len(order) < len(scene.names) - 1:
         for joint in sorted(scene.articulations, key=lambda each: each.slide_mm):
@@ -86,88 +104,60 @@ def chain_from_anchor(scene: Scene) -> list[tuple[int, int]]:
     return order
 
 
-@dataclass(frozen=True)
-class _Bone:
-    scene: Scene
-    number: int
-    level: Level
-    backend: Backend
-
-
-def _starts(pose: np.ndarray, carried: np.ndarray, joints: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
-    """The present pose, rest, the neighbour's motion, turns about each joint and shifts."""
+def _starts(scene: Scene, poses: np.ndarray, k: int, neighbour: int, far: bool) -> Iterator[np.ndarray]:
+    """The present pose, rest, the neighbour's motion, turns about each joint and shifts; then the far ones."""
+    pose = poses[k]
     yield pose
     yield np.eye(4)
-    yield carried
+    yield poses[neighbour]
+    joints = [each for each in scene.articulations if k in (each.first, each.second)]
     for joint in joints:
-        place = (np.linalg.inv(pose) @ np.r_[joint, 1.0])[:3]
+        place = (np.linalg.inv(pose) @ np.r_[joint.point, 1.0])[:3]
         for axis in _AXES:
             yield pose @ about(perturbation(np.r_[np.radians(TURN_DEG) * axis, np.zeros(3)]), place)
     for axis in _AXES:
         yield pose @ perturbation(np.r_[np.zeros(3), SHIFT_MM * axis])
+    if far:
+        link = next(each for each in joints if neighbour in (each.first, each.second))
+        yield from _far_starts(poses[neighbour], link)
 
 
-def _far_starts(carried: np.ndarray, joint: np.ndarray) -> Iterator[np.ndarray]:
+def _far_starts(neighbour_pose: np.ndarray, joint: Articulation) -> Iterator[np.ndarray]:
     """The neighbour's motion with turns about the joint with it in all directions."""
-    place = (np.linalg.inv(carried) @ np.r_[joint, 1.0])[:3]
+    place = (np.linalg.inv(neighbour_pose) @ np.r_[joint.point, 1.0])[:3]
     for direction in np.ndindex(3, 3, 3):
         axis = np.array(direction) - 1.0
         if axis.any():
             for degrees in FAR_TURNS_DEG:
                 turn = np.radians(degrees) * axis / np.linalg.norm(axis)
-                yield carried @ about(perturbation(np.r_[turn, np.zeros(3)]), place)
+                yield neighbour_pose @ about(perturbation(np.r_[turn, np.zeros(3)]), place)
 
 
-def _joint(bone: _Bone, neighbour: int) -> np.ndarray:
-    """(3,) LPS mm in the CT, where a bone meets the neighbour that it hangs from."""
-    pair = {bone.number, neighbour}
-    return next(each.point for each in bone.scene.articulations if {each.first, each.second} == pair)
-
-
-def _best_start(
-    bone: _Bone,
-    views: Sequence[View],
-    tissue: Sequence[np.ndarray],
-    poses: np.ndarray,
-    neighbour: int,
-    far: bool,
-) -> np.ndarray:
-    body = bone.scene.bodies(bone.level.size_mm)[bone.number]
-    joints = [each.point for each in bone.scene.articulations if bone.number in (each.first, each.second)]
-    starts = list(_starts(poses[bone.number], poses[neighbour], joints))
-    starts += _far_starts(poses[neighbour], _joint(bone, neighbour)) if far else []
-    seen = [_view_of_one_bone(bone, n, view, tissue[n], poses, starts) for n, view in enumerate(views)]
-    seen = [view.cropped_to_weight() for view in seen if (view.weight > 0).any()]
-    if not seen:
-        return poses[neighbour]
-    centre = bone.scene.anchor_centre
-    joints = ArticulationPrior(
-        bone.scene.articulations, bone.scene.centres, [bone.number], bone.level.joint_weight
-    )
-    prior = OneBonePrior(joints, bone.number, poses)
-    problem = RigidProblem([body], seen, [0], [], centre, bone.level.size_mm, bone.backend, prior)
-    corrections = np.stack([np.eye(4)] * len(seen))
-    short = [minimise(problem, State(start[None], corrections), SolverOptions(SHORT)) for start in starts]
+def _best_of(
+    problem: RigidProblem, state: State, k: int, starts: Sequence[np.ndarray], iterations: int
+) -> np.ndarray | None:
+    """The pose (4, 4) at which the best of the starts ends; None where no X-ray shows the bone."""
+    views = [_view_of_one_bone(problem, state, n, k, starts) for n in range(len(problem.views))]
+    alone = problem_of_one_bone(problem, state, k, views)
+    if alone is None:
+        return None
+    first = [State.of_poses(start[None], len(alone.views)) for start in starts]
+    short = [minimise(alone, each, SolverOptions(SHORT)) for each in first]
     best = sorted(short, key=lambda solution: solution.cost)[:KEPT]
-    final = [minimise(problem, solution.state, SolverOptions(bone.level.iterations)) for solution in best]
+    final = [minimise(alone, solution.state, SolverOptions(iterations)) for solution in best]
     return min(final, key=lambda solution: solution.cost).state.poses[0]
 
 
 def _view_of_one_bone(
-    bone: _Bone, n: int, view: View, tissue: np.ndarray, poses: np.ndarray, starts: Sequence[np.ndarray]
+    problem: RigidProblem, state: State, n: int, k: int, starts: Sequence[np.ndarray]
 ) -> View:
     """A view whose static image holds everything but the bone, weighted where any start projects."""
-    size = bone.level.size_mm
-    static = tissue.copy()
-    for k, body in enumerate(bone.scene.bodies(size)):
-        if k != bone.number:
-            part = project_body(body, view.camera, poses[k], size, bone.backend)
-            static[part.slices] += part.image
-    body = bone.scene.bodies(size)[bone.number]
+    view, body = problem.views[n], problem.bodies[k]
+    static = problem.render_without(k, state, n)
     shows = np.zeros(static.shape, bool)
     for start in starts:
-        part = project_body(body, view.camera, start, size, bone.backend)
+        part = project_body(body, view.camera, start, problem.step_mm, problem.backend)
         shows[part.slices] |= np.abs(part.image) > VISIBLE_LINE_INTEGRAL
-    region = dilated(shows, REACH_MM / pixel_size_mm(view.camera, bone.scene.anchor_centre))
+    region = dilated(shows, REACH_MM / pixel_size_mm(view.camera, problem.camera_centre))
     weight = np.where(region & (view.contrast.support > 0), reliability(view), 0).astype(np.float32)
     return replace(view, static=static, weight=weight)

@@ -18,8 +18,8 @@ from PolyPoseLib.geometry.view_grid import ViewGrid, rotation_between, turn
 from PolyPoseLib.registration.cameras.template_match import MaskedMatcher
 from PolyPoseLib.registration.fit.levels import FLAT_LINE_INTEGRAL, Observation, binned
 from PolyPoseLib.registration.fit.weighting import VISIBLE_LINE_INTEGRAL
+from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene, anchor_points
-from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, BodyProjection, project_body
 from PolyPoseLib.similarity.local_contrast import LocalContrast
 
@@ -35,10 +35,10 @@ LEAST_SHARE = 0.3
 
 @dataclass(frozen=True)
 class Candidates:
-    """The best shifts for one distance and direction, one for each turn.
+    """The best shifts for one distance and direction, one for each roll.
 
     depth: mm; direction: index into the grid's rotations; rolls: (N,) indices into its rolls; rows, columns: (N,) pixel
-    of the turned-back X-ray that shows the anchor's centre; worth: (N,) correlation times the root of the anchor's
+    of the turned-back X-ray that shows the anchor's centre; scores: (N,) correlation times the root of the anchor's
     visible share.
     """
 
@@ -47,39 +47,48 @@ class Candidates:
     rolls: np.ndarray
     rows: np.ndarray
     columns: np.ndarray
-    worth: np.ndarray
+    scores: np.ndarray
 
 
 class CoarseSearch:
     """One X-ray and one scene, prepared for many directions and distances.
 
-    depths: (Z,) mm from the source to the anchor's centre that will be tried.
+    Parameters
+    ----------
+    run : Run
+        The patient and the renderer.
+    observation : Observation
+        The X-ray; of its camera only the intrinsics and the size count.
+    grid : ViewGrid
+        Directions and rolls.
+    depths : (Z,) ndarray
+        mm from the source to the anchor's centre that will be tried.
+
     """
 
-    def __init__(
-        self, scene: Scene, measured: Observation, grid: ViewGrid, depths: np.ndarray, backend: Backend
-    ) -> None:
+    def __init__(self, run: Run, observation: Observation, grid: ViewGrid, depths: np.ndarray) -> None:
+        scene = run.scene
         self.centre = scene.anchor_centre
         self.whole = scene.volume("whole", SIZE_MM)
         self.anchor = scene.bodies(SIZE_MM)[scene.anchor]
         self.reach = float(np.linalg.norm(anchor_points(self.anchor) - self.centre, axis=1).max())
-        self.backend, self.grid, self.depths = backend, grid, depths
-        full = measured.camera
+        self.backend, self.grid, self.depths = run.backend, grid, depths
+        full = observation.camera
         middle = float(np.sqrt(depths.min() * depths.max()))
         factor = max(1, round(SIZE_MM * full.intrinsics[0, 0] / middle))
-        factor = min(factor, max(1, min(measured.image.shape) // 16))
+        factor = min(factor, max(1, min(observation.image.shape) // 16))
         self.camera = full.binned(factor)
         self.patch = 2 * max(1, round(PATCH_MM * self.camera.intrinsics[0, 0] / middle / 2)) + 1
-        image, mask = binned(measured.image, measured.mask, factor)
+        image, mask = binned(observation.image, observation.mask, factor)
         self.images, self.masks, self.principal = self._rolled(image, mask)
 
     def run(self, depth: float, direction: int, matcher: MaskedMatcher) -> Candidates:
-        """Best shift for every allowed turn at one depth (mm) and direction."""
+        """Best shift for every allowed roll at one depth (mm) and direction."""
         which = np.flatnonzero(self.grid.allowed[direction])
         template, weight = self._template(self.grid.rotations[direction], depth, matcher.half)
         peaks = matcher.best(template, weight, LEAST_SHARE, which)
-        worth = peaks.score * np.sqrt(np.clip(peaks.share, 0, 1))
-        return Candidates(depth, direction, which, peaks.row, peaks.column, worth)
+        scores = peaks.correlation * np.sqrt(np.clip(peaks.share, 0, 1))
+        return Candidates(depth, direction, which, peaks.row, peaks.column, scores)
 
     def extrinsic(self, candidates: Candidates, number: int) -> np.ndarray:
         """(4, 4) of the camera whose turned-back X-ray shows the anchor's centre where a candidate says."""
@@ -146,5 +155,5 @@ class CoarseSearch:
 
 
 def compared_points(scene: Scene) -> np.ndarray:
-    """Points (N, 3) LPS mm of the anchor whose projections tell cameras apart."""
+    """Points (N, 3) LPS mm of the anchor by whose projections cameras are compared."""
     return anchor_points(scene.bodies(SIZE_MM)[scene.anchor], 300)

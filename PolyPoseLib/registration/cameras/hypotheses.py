@@ -1,4 +1,4 @@
-"""Cameras that could be true, how well each explains its X-ray, and which of them are the same."""
+"""Candidate cameras, how well each agrees with its X-ray, and which of them are the same."""
 
 from __future__ import annotations
 
@@ -8,41 +8,48 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm, view_at
-from PolyPoseLib.registration.fit.problem import RigidProblem, State
-from PolyPoseLib.registration.fit.weighting import dilated, projection_mask
-from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.registration.fit.levels import Level, Observation
+from PolyPoseLib.registration.fit.views import LevelViews
+from PolyPoseLib.registration.fit.weighting import region_around
+from PolyPoseLib.registration.run import Run
 
 REACH_MM = 12.0
 """The X-ray is compared this far around the anchor."""
 
 LEAST_PIXELS = 30
-"""Fewer pixels around the anchor tell nothing."""
+"""With fewer pixels around the anchor nothing is compared."""
 
 LEAST_SIMILARITY = 0.42
-"""Local correlation around the anchor below which a camera is not believed."""
+"""Local correlation around the anchor below which a camera is not plausible."""
 
 LEAST_LEAD = 0.12
-"""By which the best camera's similarity must exceed the runner-up's, lest another view be as good."""
+"""By which the best camera's similarity must exceed the runner-up's, or else another view is as plausible."""
 
 LEAST_SHARE = 0.4
 """Of the anchor that must show in the X-ray."""
 
 LEAST_VOTES = 2
-"""Starts that must have ended at the best camera, unless it is PLAIN."""
+"""Starts that must have ended at the best camera, unless it is CERTAIN_SIMILARITY or more."""
 
-PLAIN = 0.65
-"""Similarity that no wrong camera has."""
+CERTAIN_SIMILARITY = 0.65
+"""Similarity that no wrong camera reaches."""
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """A camera with its evidence.
+    """A candidate camera with its evidence.
 
-    camera: full resolution; similarity: correlation of locally normalised X-ray and rendering around the anchor, in
-    [-1, 1]; share: of the anchor that projects into the X-ray, 0 to 1; votes: how many starts ended
-    here.
+    Parameters
+    ----------
+    camera : Camera
+        At full resolution.
+    similarity : float
+        Correlation of locally normalised X-ray and rendering around the anchor, in [-1, 1].
+    share : float
+        Of the anchor that projects into the X-ray, 0 to 1.
+    votes : int
+        How many starts ended here.
+
     """
 
     camera: Camera
@@ -51,58 +58,72 @@ class Hypothesis:
     votes: int = 1
 
     @property
-    def worth(self) -> float:
+    def score(self) -> float:
         """What hypotheses are ranked by: the similarity, less for an anchor that is partly outside."""
         return self.similarity * float(np.sqrt(self.share))
 
 
-def score_camera(
-    scene: Scene, measured: Observation, level: Level, points: np.ndarray, backend: Backend
-) -> Hypothesis:
-    """Evidence for ``measured.camera`` at a level's resolution; ``points`` (N, 3) LPS mm lie on the anchor."""
-    centre, size = scene.anchor_centre, level.size_mm
-    pixels = measured.camera.project(points)
-    bounds = (measured.camera.width - 0.5, measured.camera.height - 0.5)
+def score_camera(run: Run, observation: Observation, level: Level, points: np.ndarray) -> Hypothesis:
+    """How well an X-ray agrees with its camera.
+
+    Parameters
+    ----------
+    run : Run
+        The patient and the renderer.
+    observation : Observation
+        The X-ray with the camera.
+    level : Level
+        The resolution.
+    points : (N, 3) ndarray
+        LPS mm, on the anchor.
+
+    Returns
+    -------
+    Hypothesis
+        Of one vote.
+
+    """
+    camera = observation.camera
+    pixels = camera.project(points)
+    bounds = (camera.width - 0.5, camera.height - 0.5)
     share = float(((pixels >= -0.5) & (pixels <= bounds)).all(axis=1).mean())
-    view = view_at(level, measured, centre, expect_noise=False)
-    rest = State(np.eye(4)[None], np.eye(4)[None])
-    anchor = RigidProblem([scene.bodies(size)[scene.anchor]], [view], [], [0], centre, size, backend)
-    region = dilated(projection_mask(anchor, rest, 0, [0]), REACH_MM / pixel_size_mm(view.camera, centre))
+    views = LevelViews(run, [observation], level, expect_noise=False)
+    (view,), rest = views.views, views.at_rest(1)
+    region = region_around(views.anchor(), rest, 0, [0], REACH_MM)
     region &= view.contrast.support > 0
     if region.sum() < LEAST_PIXELS or share == 0:
-        return Hypothesis(measured.camera, 0.0, share)
-    whole = RigidProblem([scene.volume("whole", size)], [view], [], [0], centre, size, backend)
-    rendered = view.contrast.normalise(whole.render(rest, 0)[0]).values[region]
-    return Hypothesis(measured.camera, _correlation(rendered, view.target[region]), share)
+        return Hypothesis(camera, 0.0, share)
+    rendered = view.contrast.normalise(views.whole_ct().render(rest, 0)[0]).values[region]
+    return Hypothesis(camera, _correlation(rendered, view.target[region]), share)
 
 
 def is_plausible(hypothesis: Hypothesis) -> bool:
-    """Whether a camera's rendering is similar enough to its X-ray to be believed."""
+    """Whether a camera's rendering is similar enough to its X-ray."""
     return hypothesis.similarity >= LEAST_SIMILARITY
 
 
 def has_too_few_votes(hypothesis: Hypothesis) -> bool:
     """Whether a camera was reached from too few starts for a similarity that a wrong one may have."""
-    return hypothesis.votes < LEAST_VOTES and hypothesis.similarity < PLAIN
+    return hypothesis.votes < LEAST_VOTES and hypothesis.similarity < CERTAIN_SIMILARITY
 
 
-def doubts(found: Sequence[Hypothesis]) -> list[str]:
+def reasons_for_uncertainty(found: Sequence[Hypothesis]) -> list[str]:
     """What speaks against the first of several hypotheses, best first; each a clause for people."""
     best = found[0]
-    said = []
+    reasons = []
     if not is_plausible(best):
-        said.append(
-            f"the rendering explains it badly (local correlation {best.similarity:.2f}, at least {LEAST_SIMILARITY:g} "
-            "is expected)"
+        reasons.append(
+            f"the rendering does not match it well (local correlation {best.similarity:.2f}, at least "
+            f"{LEAST_SIMILARITY:g} is expected)"
         )
     rival = max((other.similarity for other in found[1:]), default=-1.0)
     if best.similarity - rival < LEAST_LEAD:
-        said.append(f"another view explains it nearly as well ({rival:.2f} against {best.similarity:.2f})")
+        reasons.append(f"another view matches it nearly as well ({rival:.2f} against {best.similarity:.2f})")
     if best.share < LEAST_SHARE:
-        said.append(f"only {100 * best.share:.0f} % of the anchor show in it")
+        reasons.append(f"only {100 * best.share:.0f} % of the anchor shows in it")
     if has_too_few_votes(best):
-        said.append("it was reached from one start only")
-    return said
+        reasons.append("it was reached from one start only")
+    return reasons
 
 
 def merged(
@@ -110,7 +131,7 @@ def merged(
 ) -> list[Hypothesis]:
     """The best hypotheses, each ``least_mm`` from all better ones; those within ``same_mm`` give it their votes."""
     cameras = [hypothesis.camera for hypothesis in found]
-    kept = distinct(cameras, np.array([hypothesis.worth for hypothesis in found]), points, least_mm, most)
+    kept = distinct(cameras, np.array([hypothesis.score for hypothesis in found]), points, least_mm, most)
     pixels = np.stack([_pixels(camera, points) for camera in cameras]) if cameras else np.zeros((0, 1, 2))
     votes = np.array([hypothesis.votes for hypothesis in found])
     result = []
@@ -127,14 +148,14 @@ def apart_mm(first: Camera, second: Camera, points: np.ndarray) -> float:
 
 
 def distinct(
-    cameras: Sequence[Camera], worth: np.ndarray, points: np.ndarray, least_mm: float, most: int
+    cameras: Sequence[Camera], scores: np.ndarray, points: np.ndarray, least_mm: float, most: int
 ) -> list[int]:
     """Indices of the best cameras (at most ``most``), best first, each ``least_mm`` from all better ones."""
     pixels = (
         np.stack([_pixels(camera, points) for camera in cameras]) if len(cameras) else np.zeros((0, 1, 2))
     )
     kept: list[int] = []
-    for n in np.argsort(-np.asarray(worth), kind="stable"):
+    for n in np.argsort(-np.asarray(scores), kind="stable"):
         if not kept or _distances(pixels[kept], pixels[n], _scale(cameras[n], points)).min() > least_mm:
             kept.append(int(n))
         if len(kept) == most:

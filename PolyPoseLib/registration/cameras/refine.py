@@ -6,25 +6,25 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, corrected
+from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.fit.weighting import dilated, projection_mask, robust_weight
+from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.rendering.backend import Backend
 
 REACH_MM, FINE_REACH_MM = 12.0, 4.0
 """The X-ray counts this far around the anchor, at coarse levels and at fine ones: soft tissue beside it has moved, and
-turns a camera by a degree where the anchor shows little of its own, as a pelvis does from the side."""
+rotates a camera by a degree where the anchor has little contrast of its own, as a pelvis has from the side."""
 
 COARSE_MM = 3.0
 """From this pixel size on, moving bones in front of the anchor are not masked out: too little would remain."""
 
 BESIDE_MOVED_MM, LEAST_ANCHOR = 6.0, 0.4
-"""Moving bones are masked with so much around them, for they are not where the CT has them, as long as this share of
-the anchor remains."""
+"""Moving bones are masked with this margin, for they are not where the CT has them, as long as this share of the anchor
+remains."""
 
 BEAM_STEPS_MM = (16.0, 8.0, 4.0)
 """Steps along the beam, long ones first, with which a camera's distance is looked for."""
@@ -33,55 +33,51 @@ BEAM_STEPS = 8
 """Steps of one length at most."""
 
 
-def find_camera(
-    scene: Scene,
-    measured: Observation,
-    levels: Sequence[Level],
-    backend: Backend,
-    monitor: Monitor,
-    stage: str,
-) -> Camera:
-    """Refine one X-ray's camera; the whole CT moves as one body, compared only where the anchor projects."""
-    camera = measured.camera
+def find_camera(run: Run, observation: Observation, levels: Sequence[Level]) -> Camera:
+    """Refine one X-ray's camera; the whole CT moves as one body, compared only where the anchor projects.
+
+    Parameters
+    ----------
+    run : Run
+        The patient, the renderer and the monitor, in the stage that the progress names.
+    observation : Observation
+        The X-ray with its initial camera.
+    levels : sequence of Level
+        Coarse to fine.
+
+    Returns
+    -------
+    Camera
+        The refined one.
+
+    """
     total = sum(level.iterations for level in levels)
     done = 0
     for level in levels:
-        current = measured.with_camera(camera)
-        camera = _refine(scene, current, level, backend, monitor, stage, done, total)
+        observation = observation.with_camera(_refine(run, observation, level, done, total))
         done += level.iterations
-    return camera
+    return observation.camera
 
 
-def _refine(
-    scene: Scene,
-    measured: Observation,
-    level: Level,
-    backend: Backend,
-    monitor: Monitor,
-    stage: str,
-    done: int,
-    total: int,
-) -> Camera:
-    centre = scene.anchor_centre
-    view = view_at(level, measured, centre)
-    body = scene.volume("whole", level.size_mm)
-    problem = RigidProblem([body], [view], [], [0], centre, level.size_mm, backend)
-    bones = RigidProblem(scene.bodies(level.size_mm), [view], [], [0], centre, level.size_mm, backend)
+def _refine(run: Run, observation: Observation, level: Level, done: int, total: int) -> Camera:
+    """One level; done, total: iterations of the levels before and of all."""
+    views = LevelViews(run, [observation], level)
+    problem, bones = views.whole_ct(free_cameras=[0]), views.structures()
 
     def weigh(state: State) -> None:
-        posed = State(np.broadcast_to(np.eye(4), (len(scene.names), 4, 4)), state.corrections)
-        view.weight = robust_weight(view, problem.residual(state, 0), anchor_region(scene, bones, posed, 0))
+        posed = State(run.scene.rest_poses, state.corrections)
+        region = anchor_region(run.scene, bones, posed, 0)
+        views.views[0].weight = robust_weight(views.views[0], problem.residual(state, 0), region)
 
     def before_step(state: State, iteration: int, cost: float) -> None:
-        similarity = None if iteration == 0 else 1 - cost / 2
-        monitor.step(stage, done + iteration, total, similarity)
+        run.step(done + iteration, total, None if iteration == 0 else 1 - cost / 2)
         weigh(state)
 
-    start = State(np.eye(4)[None], np.eye(4)[None])
+    start = views.at_rest(1)
     weigh(start)
     start = _slid_along_beam(problem, start)
     solution = minimise(problem, start, SolverOptions(level.iterations), before_step)
-    return corrected(measured.camera, solution.state.corrections[0])
+    return corrected(observation.camera, solution.state.corrections[0])
 
 
 def anchor_region(scene: Scene, bones: RigidProblem, state: State, view_index: int) -> np.ndarray:
@@ -93,8 +89,7 @@ def anchor_region(scene: Scene, bones: RigidProblem, state: State, view_index: i
     anchor = projection_mask(bones, state, view_index, [scene.anchor])
     if bones.step_mm >= COARSE_MM:
         return dilated(anchor, REACH_MM / pixel_mm)
-    moving = [k for k in range(len(scene.names)) if k != scene.anchor]
-    others = projection_mask(bones, state, view_index, moving)
+    others = projection_mask(bones, state, view_index, scene.moving)
     beside = dilated(others, BESIDE_MOVED_MM / pixel_mm)
     masked = beside if (anchor & ~beside).sum() >= LEAST_ANCHOR * anchor.sum() else others
     return dilated(anchor, FINE_REACH_MM / pixel_mm) & ~masked
@@ -104,7 +99,7 @@ def _slid_along_beam(problem: RigidProblem, state: State) -> State:
     """The state with the only camera at the best of several distances from the anchor.
 
     A distance wrong by centimetres moves edges by a millimetre or two, less than patches and pixels, and the solver's
-    steps towards it are short: the cost is looked at far away instead.
+    steps towards it are short: the cost is therefore evaluated at distances far apart.
     """
     camera = problem.views[0].camera
     beam = problem.camera_centre - camera.source

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,11 +13,16 @@ from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS, standard_view_rotation
 from PolyPoseLib.geometry.view_grid import view_grid
 from PolyPoseLib.registration.cameras.coarse_search import Candidates, CoarseSearch, compared_points
-from PolyPoseLib.registration.cameras.hypotheses import Hypothesis, distinct, doubts, merged, score_camera
+from PolyPoseLib.registration.cameras.hypotheses import (
+    Hypothesis,
+    distinct,
+    merged,
+    reasons_for_uncertainty,
+    score_camera,
+)
 from PolyPoseLib.registration.cameras.refine import find_camera
 from PolyPoseLib.registration.fit.levels import Level, Observation
-from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.registration.run import Run
 
 DEPTH_SHARES = (0.48, 1.0)
 """Distances that are tried, as shares of that from the source to the detector."""
@@ -51,7 +56,7 @@ COPY_SHIFT_MM = np.array([6.0, 6.0, 30.0])
 
 @dataclass(frozen=True)
 class Density:
-    """How densely cameras are tried at first: distance of neighbouring directions and turns (degrees), ratio of
+    """How densely cameras are tried at first: distance of neighbouring directions and rolls (degrees), ratio of
     neighbouring distances, and how many of the best are refined.
     """
 
@@ -63,7 +68,7 @@ class Density:
 
 USUAL = Density(8.0, 9.0, 1.12, 100)
 DENSE = Density(6.0, 7.0, 1.09, 250)
-"""For a second look when the first found nothing convincing."""
+"""For a second round when the first led to no certain camera."""
 
 CONSIDERED = 30
 """Candidates per refined one among which different ones are chosen."""
@@ -95,7 +100,8 @@ class SearchRange:
         """Around a standard view, or around all of them; raises InputError for an unknown name."""
         names = list(STANDARD_VIEWS) if view is None else [view]
         centres = np.stack([standard_view_rotation(name) for name in names])
-        return cls(centres, VIEW_RADIUS_DEG, tuple(share * source_to_detector_mm for share in DEPTH_SHARES))
+        least, largest = (share * source_to_detector_mm for share in DEPTH_SHARES)
+        return cls(centres, VIEW_RADIUS_DEG, (least, largest))
 
     @classmethod
     def around_camera(
@@ -105,7 +111,7 @@ class SearchRange:
         radius: tuple[float, float],
         source_to_detector_mm: float,
     ) -> SearchRange:
-        """Around a guess, within its radius (degrees, mm)."""
+        """Around an initial camera, within its radius (degrees, mm)."""
         least, largest = (share * source_to_detector_mm for share in DEPTH_SHARES)
         depth = float(np.clip(camera.depth(anchor_centre), least, largest))
         depths = max(depth - radius[1], 0.3 * depth), depth + radius[1]
@@ -113,70 +119,57 @@ class SearchRange:
 
 
 def find_cameras(
-    scene: Scene,
-    measured: Observation,
+    run: Run,
+    observation: Observation,
     searched: SearchRange,
-    backend: Backend,
-    monitor: Monitor,
-    stage: str,
     densities: Sequence[Density] = (USUAL, DENSE),
     stages: Sequence[Stage] = STAGES,
 ) -> list[Hypothesis]:
-    """Cameras that explain an X-ray, best first, clearly different from each other.
+    """Cameras that agree with an X-ray, best first, clearly different from each other.
 
-    Args:
-        scene: the CT with its anchor.
-        measured: the X-ray; of its camera only the intrinsics and the size count.
-        searched: directions and distances.
-        backend: renders.
-        monitor: is told about the progress, and may stop the search with CancelledError.
-        stage: name in the progress.
-        densities: of the cameras tried at first; the next one only when the one before found nothing convincing.
-        stages: of the refinement.
+    Parameters
+    ----------
+    run : Run
+        The patient, the renderer and the monitor.
+    observation : Observation
+        The X-ray; of its camera only the intrinsics and the size count.
+    searched : SearchRange
+        Directions and distances.
+    densities : sequence of Density
+        Of the cameras tried at first; the next one only when the one before led to no certain camera.
+    stages : sequence of Stage
+        Of the refinement.
 
-    Returns:
-        At least one hypothesis, unless the anchor shows in none of the views that were tried.
+    Returns
+    -------
+    list of Hypothesis
+        At least one, unless the anchor shows in none of the views that were tried.
 
     """
-    quiet = _Quiet(monitor, stage)
-    points = compared_points(scene)
+    search = _Search(run, observation)
     found: list[Hypothesis] = []
-    for round_number, density in enumerate(densities):
-        quiet.start_round(round_number, len(densities))
-        cameras = _coarse(scene, measured, searched, density, points, backend, quiet)
-        again = _refined(scene, measured, cameras, stages, points, backend, quiet)
-        found = merged([*found, *again], points, stages[-1].apart_mm, stages[-1].keep, SAME_MM)
-        if found and not doubts(found):
+    for number, density in enumerate(densities):
+        search.progress.start_round(number, len(densities))
+        cameras = search.coarse(searched, density)
+        refined = search.refined(cameras, stages)
+        found = merged([*found, *refined], search.points, stages[-1].apart_mm, stages[-1].keep, SAME_MM)
+        if found and not reasons_for_uncertainty(found):
             break
     return found
 
 
 def coarse_cameras(
-    scene: Scene,
-    measured: Observation,
-    searched: SearchRange,
-    backend: Backend,
-    monitor: Monitor,
-    stage: str,
-    density: Density = USUAL,
+    run: Run, observation: Observation, searched: SearchRange, density: Density = USUAL
 ) -> list[Camera]:
     """Only the exhaustive part of :func:`find_cameras`, likeliest camera first; nothing is refined."""
-    points = compared_points(scene)
-    return _coarse(scene, measured, searched, density, points, backend, _Quiet(monitor, stage))
+    return _Search(run, observation).coarse(searched, density)
 
 
 def refine_cameras(
-    scene: Scene,
-    measured: Observation,
-    cameras: Sequence[Camera],
-    backend: Backend,
-    monitor: Monitor,
-    stage: str,
-    stages: Sequence[Stage] = STAGES,
+    run: Run, observation: Observation, cameras: Sequence[Camera], stages: Sequence[Stage] = STAGES
 ) -> list[Hypothesis]:
     """Only the refinement of :func:`find_cameras`: from cameras that something else proposes, best first."""
-    points = compared_points(scene)
-    return _refined(scene, measured, cameras, stages, points, backend, _Quiet(monitor, stage))
+    return _Search(run, observation).refined(cameras, stages)
 
 
 def perturbed(camera: Camera, centre: np.ndarray, rng: np.random.Generator) -> Camera:
@@ -192,92 +185,97 @@ def perturbed(camera: Camera, centre: np.ndarray, rng: np.random.Generator) -> C
     return camera.with_extrinsic(extrinsic)
 
 
-def _refined(
-    scene: Scene,
-    measured: Observation,
-    cameras: Sequence[Camera],
-    stages: Sequence[Stage],
-    points: np.ndarray,
-    backend: Backend,
-    quiet: _Quiet,
-) -> list[Hypothesis]:
-    """Cameras refined level by level, fewer at each, perturbed copies of the best among them."""
-    rng = np.random.default_rng(0)
-    found = [Hypothesis(camera, 0.0, 1.0) for camera in cameras]
-    for number, step in enumerate(stages):
-        if step.copies:
-            found = [replace(hypothesis, votes=1) for hypothesis in found]
-            best = [hypothesis.camera for hypothesis in found[:2] for _ in range(step.copies)]
-            found += [Hypothesis(perturbed(camera, scene.anchor_centre, rng), 0.0, 1.0) for camera in best]
-        judged = []
-        for n, start in enumerate(found):
-            quiet.share = 0.5 + 0.5 * (number + n / len(found)) / len(stages)
-            placed = measured.with_camera(start.camera)
-            camera = find_camera(scene, placed, [step.level], backend, quiet, quiet.stage)
-            placed = measured.with_camera(camera)
-            judgement = score_camera(scene, placed, step.level, points, backend)
-            judged.append(replace(judgement, votes=start.votes))
-        found = merged(judged, points, step.apart_mm, step.keep, SAME_MM)
-    return found
+class _Search:
+    """Both parts of the search for one X-ray's camera."""
+
+    def __init__(self, run: Run, observation: Observation) -> None:
+        self.observation = observation
+        self.points = compared_points(run.scene)
+        self.progress = _SearchProgress(run)
+        self.run = replace(run, monitor=self.progress)
+
+    def coarse(self, searched: SearchRange, density: Density) -> list[Camera]:
+        """The best cameras of the exhaustive search, each different from the others."""
+        grid = view_grid(
+            searched.centres,
+            np.radians(searched.radius_deg),
+            np.radians(density.direction_deg),
+            np.radians(density.roll_deg),
+        )
+        least, largest = searched.depths_mm
+        count = 1 + max(1, int(np.ceil(np.log(largest / least) / np.log(density.depth_ratio))))
+        depths = np.geomspace(least, largest, count)
+        search = CoarseSearch(self.run, self.observation, grid, depths)
+        found: list[Candidates] = []
+        for z, depth in enumerate(depths):
+            matcher = search.matcher(depth)
+            for d in range(len(grid.rotations)):
+                self.progress.advance_to(0.5 * (z + d / len(grid.rotations)) / len(depths))
+                found.append(search.run(depth, d, matcher))
+        scores = np.concatenate([each.scores for each in found])
+        owner = np.repeat(np.arange(len(found)), [len(each.scores) for each in found])
+        number = np.concatenate([np.arange(len(each.scores)) for each in found])
+        best = np.argsort(-scores, kind="stable")[: CONSIDERED * density.kept]
+        best = best[scores[best] > 0]
+        camera = self.observation.camera
+        cameras = [camera.with_extrinsic(search.extrinsic(found[owner[n]], int(number[n]))) for n in best]
+        kept = distinct(cameras, scores[best], self.points[::10], FIRST_APART_MM, density.kept)
+        return [cameras[n] for n in kept]
+
+    def refined(self, cameras: Sequence[Camera], stages: Sequence[Stage]) -> list[Hypothesis]:
+        """Cameras refined level by level, fewer at each, perturbed copies of the best among them."""
+        centre = self.run.scene.anchor_centre
+        rng = np.random.default_rng(0)
+        found = [Hypothesis(camera, 0.0, 1.0) for camera in cameras]
+        for number, stage in enumerate(stages):
+            if stage.copies:
+                found = [replace(hypothesis, votes=1) for hypothesis in found]
+                best = [hypothesis.camera for hypothesis in found[:2] for _ in range(stage.copies)]
+                found += [Hypothesis(perturbed(camera, centre, rng), 0.0, 1.0) for camera in best]
+            scored = []
+            for n, start in enumerate(found):
+                self.progress.share = 0.5 + 0.5 * (number + n / len(found)) / len(stages)
+                scored.append(self._refined_at(stage.level, start))
+            found = merged(scored, self.points, stage.apart_mm, stage.keep, SAME_MM)
+        return found
+
+    def _refined_at(self, level: Level, start: Hypothesis) -> Hypothesis:
+        """A hypothesis refined and scored at one level."""
+        camera = find_camera(self.run, self.observation.with_camera(start.camera), [level])
+        scored = score_camera(self.run, self.observation.with_camera(camera), level, self.points)
+        return replace(scored, votes=start.votes)
 
 
-def _coarse(
-    scene: Scene,
-    measured: Observation,
-    searched: SearchRange,
-    density: Density,
-    points: np.ndarray,
-    backend: Backend,
-    quiet: _Quiet,
-) -> list[Camera]:
-    """The best cameras of the exhaustive search, each different from the others."""
-    grid = view_grid(
-        searched.centres,
-        np.radians(searched.radius_deg),
-        np.radians(density.direction_deg),
-        np.radians(density.roll_deg),
-    )
-    least, largest = searched.depths_mm
-    depths = np.geomspace(
-        least, largest, 1 + max(1, int(np.ceil(np.log(largest / least) / np.log(density.depth_ratio))))
-    )
-    search = CoarseSearch(scene, measured, grid, depths, backend)
-    found: list[Candidates] = []
-    for z, depth in enumerate(depths):
-        matcher = search.matcher(depth)
-        for d in range(len(grid.rotations)):
-            quiet.step_to(0.5 * (z + d / len(grid.rotations)) / len(depths))
-            found.append(search.run(depth, d, matcher))
-    worth = np.concatenate([each.worth for each in found])
-    owner = np.repeat(np.arange(len(found)), [len(each.worth) for each in found])
-    number = np.concatenate([np.arange(len(each.worth)) for each in found])
-    best = np.argsort(-worth, kind="stable")[: CONSIDERED * density.kept]
-    best = best[worth[best] > 0]
-    cameras = [
-        measured.camera.with_extrinsic(search.extrinsic(found[owner[n]], int(number[n]))) for n in best
-    ]
-    return [cameras[n] for n in distinct(cameras, worth[best], points[::10], FIRST_APART_MM, density.kept)]
-
-
-class _Quiet:
-    """Stands in for the monitor within the refinement: passes on how far the whole search is, and nothing else."""
+class _SearchProgress(Monitor):
+    """The monitor of the refinements inside a search: each of their steps reports how far the whole search is."""
 
     PARTS = 200
 
-    def __init__(self, monitor: Monitor, stage: str) -> None:
-        self.monitor, self.stage, self.share = monitor, stage, 0.0
-        self.base, self.scale = 0.0, 1.0
+    def __init__(self, run: Run) -> None:
+        super().__init__(None, None)
+        self._run, self.share = run, 0.0
+        self._base, self._scale = 0.0, 1.0
 
     def start_round(self, number: int, of: int) -> None:
         """Rounds share the progress evenly; the last ones are often not needed."""
-        self.base, self.scale, self.share = number / of, 1 / of, 0.0
+        self._base, self._scale, self.share = number / of, 1 / of, 0.0
 
-    def step(self, *_: object, **__: object) -> None:
-        """What the refinement calls after each of its iterations."""
-        done = self.base + self.scale * self.share
-        self.monitor.step(self.stage, int(done * self.PARTS), self.PARTS, None)
-
-    def step_to(self, share: float) -> None:
+    def advance_to(self, share: float) -> None:
         """Report a share (0 to 1) of this round."""
         self.share = share
-        self.step()
+        self._report()
+
+    def step(
+        self,
+        stage: str,
+        iteration: int,
+        of: int,
+        similarity: float | None,
+        preview: Callable[[], str | None] | None = None,
+    ) -> None:
+        """What a refinement calls before each of its iterations."""
+        self._report()
+
+    def _report(self) -> None:
+        done = self._base + self._scale * self.share
+        self._run.step(int(done * self.PARTS), self.PARTS)

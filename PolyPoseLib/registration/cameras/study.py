@@ -1,4 +1,4 @@
-"""Stage A for all X-rays of a study: first cameras, refined by the anchor, those of one rig together."""
+"""Stage A for all X-rays of a study: initial cameras, refined by the anchor, those of one rig together."""
 
 from __future__ import annotations
 
@@ -6,25 +6,51 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from PolyPoseLib.data.options import Options
-from PolyPoseLib.data.progress import Monitor
-from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.xray import Xray, place_isocenter
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.cameras.initial import Regressor, initial_camera
 from PolyPoseLib.registration.cameras.multistart import RefinedCamera
 from PolyPoseLib.registration.cameras.rig import find_rig_near
 from PolyPoseLib.registration.cameras.rig_initial import initial_rig_cameras
-from PolyPoseLib.registration.fit.levels import Observation
-from PolyPoseLib.registration.presets import PRESETS, Preset
-from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.registration.fit.levels import Level, Observation
+from PolyPoseLib.registration.run import Run
+
+
+class CameraRefiner(Protocol):
+    """Refines one X-ray's camera by the anchor, as one method does it."""
+
+    def __call__(self, run: Run, observation: Observation, source_to_detector_mm: float) -> RefinedCamera:
+        """The camera near ``observation.camera``."""
+        ...
+
+
+@dataclass(frozen=True)
+class CameraStage:
+    """How stage A finds cameras.
+
+    Parameters
+    ----------
+    refine : CameraRefiner
+        For X-rays by themselves.
+    rig_levels : sequence of Level
+        Coarse to fine, for X-rays of one rig.
+    regressor : Regressor, optional
+        Proposes initial cameras.
+    refined : bool
+        Whether cameras that are not known are refined, or stay where they were found.
+
+    """
+
+    refine: CameraRefiner
+    rig_levels: Sequence[Level]
+    regressor: Regressor | None = None
+    refined: bool = True
 
 
 @dataclass(frozen=True)
 class StudyCameras:
     """initial, refined: the X-rays with their cameras before and after stage A; free: numbers of those that may move
-    on in stage B; warnings: what is doubtful.
+    on in stage B; warnings: what is uncertain.
     """
 
     initial: list[Observation]
@@ -33,39 +59,48 @@ class StudyCameras:
     warnings: list[str]
 
 
-class CameraRefiner(Protocol):
-    """Refines one X-ray's camera by the anchor, as one method does it."""
-
-    def __call__(self, measured: Observation, source_to_detector_mm: float, stage: str) -> RefinedCamera:
-        """The camera near ``measured.camera``; stage: name in the progress."""
-        ...
-
-
-def find_study_cameras(
-    study: Study,
-    scene: Scene,
-    preset: Preset,
-    options: Options,
-    backend: Backend,
-    monitor: Monitor,
-    refine: CameraRefiner,
-    regressor: Regressor | None,
-) -> StudyCameras:
+def find_study_cameras(run: Run, xrays: Sequence[Xray], how: CameraStage) -> StudyCameras:
     """Stage A for every X-ray; cameras that are known, and those of a rig, do not move after it.
 
-    refine: the method for X-rays by themselves; regressor: proposes initial cameras, or None.
+    Parameters
+    ----------
+    run : Run
+        The patient, the renderer and the monitor.
+    xrays : sequence of Xray
+        Of the study.
+    how : CameraStage
+        How cameras are found.
+
+    Returns
+    -------
+    StudyCameras
+        In the order of the X-rays.
+
+    Raises
+    ------
+    InputError
+        Landmarks are wrong, or the learned model does not fit an X-ray.
+    UntrustedResultError
+        No camera that was tried shows the anchor.
+
     """
-    xrays = place_isocenter(study.xrays, scene.anchor_centre)
-    finder = _Finder(len(study.xrays), scene, preset, options, backend, monitor, refine, regressor)
-    for numbers in grouped_by_rig(xrays):
-        group = [xrays[n] for n in numbers]
-        stage = f"camera {group[0].name or numbers[0] + 1}"
-        with monitor.timed(stage):
-            if len(group) == 1:
-                finder.find_one(numbers[0], group[0], stage)
-            else:
-                finder.find_rig(numbers, group, stage)
-    return finder.cameras
+    placed = place_isocenter(xrays, run.scene.anchor_centre)
+    found: dict[int, _Found] = {}
+    warnings: list[str] = []
+    for numbers in grouped_by_rig(placed):
+        group = [placed[n] for n in numbers]
+        here = run.named(f"camera {group[0].name or numbers[0] + 1}")
+        with here.timed():
+            cameras = [_find_one(here, group[0], how)] if len(group) == 1 else _find_rig(here, group, how)
+        found |= zip(numbers, cameras, strict=True)
+        warnings.extend(dict.fromkeys(line for each in cameras for line in each.warnings))
+        for n in numbers:
+            warnings.extend(_unreliable(placed[n].name or f"X-ray {n + 1}", found[n].refinement))
+    ordered = [found[n] for n in range(len(placed))]
+    free = [n for n, each in enumerate(ordered) if each.free]
+    return StudyCameras(
+        [each.initial for each in ordered], [each.refined for each in ordered], free, warnings
+    )
 
 
 def grouped_by_rig(xrays: Sequence[Xray]) -> list[list[int]]:
@@ -76,75 +111,54 @@ def grouped_by_rig(xrays: Sequence[Xray]) -> list[list[int]]:
     return list(groups.values())
 
 
-class _Finder:
-    """Finds cameras and collects them in the order of the X-rays."""
+@dataclass(frozen=True)
+class _Found:
+    """initial: the X-ray before stage A; warnings: about its initial camera; refinement: by stage A, None where the
+    camera stays; free: whether it may move on in stage B.
+    """
 
-    def __init__(
-        self,
-        count: int,
-        scene: Scene,
-        preset: Preset,
-        options: Options,
-        backend: Backend,
-        monitor: Monitor,
-        refine: CameraRefiner,
-        regressor: Regressor | None,
-    ) -> None:
-        self.scene, self.options = scene, options
-        self.levels = preset.camera_levels or PRESETS["default"].camera_levels
-        self.refine, self.model = refine, regressor
-        self.backend, self.monitor = backend, monitor
-        self.initial: list[Observation | None] = [None] * count
-        self.refined: list[Observation | None] = [None] * count
-        self.free: list[int] = []
-        self.warnings: list[str] = []
+    initial: Observation
+    warnings: tuple[str, ...] = ()
+    refinement: RefinedCamera | None = None
+    free: bool = False
 
     @property
-    def cameras(self) -> StudyCameras:
-        """What was found, once it is complete."""
-        initial = [m for m in self.initial if m is not None]
-        refined = [m for m in self.refined if m is not None]
-        return StudyCameras(initial, refined, sorted(self.free), self.warnings)
-
-    def find_one(self, n: int, xray: Xray, stage: str) -> None:
-        """An X-ray by itself."""
-        if xray.camera == "known":
-            self._keep(n, xray, Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape))
-            return
-        guess = initial_camera(self.scene, xray, self.backend, self.monitor, stage, model=self.model)
-        first = self._keep(n, xray, guess.camera_of(xray))
-        self.warnings.extend(guess.warnings)
-        if not self.options.refine_cameras:
-            return
-        self.free.append(n)
-        near = self.refine(first, xray.source_to_detector_mm, stage)
-        self.warnings.extend([] if near.sure else [_doubt(xray.name or f"X-ray {n + 1}", near)])
-        self.refined[n] = first.with_camera(near.camera)
-
-    def find_rig(self, numbers: Sequence[int], xrays: Sequence[Xray], stage: str) -> None:
-        """The X-rays of one rig."""
-        guesses = initial_rig_cameras(self.scene, xrays, self.backend, self.monitor, stage, model=self.model)
-        placed = [
-            self._keep(n, xray, guess.camera_of(xray))
-            for n, xray, guess in zip(numbers, xrays, guesses, strict=True)
-        ]
-        self.warnings.extend(dict.fromkeys(line for guess in guesses for line in guess.warnings))
-        if any(xray.camera == "known" for xray in xrays) or not self.options.refine_cameras:
-            return
-        refined = find_rig_near(self.scene, placed, self.levels, self.backend, self.monitor, stage)
-        for n, xray, first, found in zip(numbers, xrays, placed, refined, strict=True):
-            self.refined[n] = first.with_camera(found.camera)
-            self.warnings.extend([] if found.sure else [_doubt(xray.name or f"X-ray {n + 1}", found)])
-
-    def _keep(self, n: int, xray: Xray, camera: Camera) -> Observation:
-        """The X-ray with its first camera, which is the refined one until a better is found."""
-        measured = Observation(xray.image, xray.mask, camera)
-        self.initial[n] = self.refined[n] = measured
-        return measured
+    def refined(self) -> Observation:
+        """The X-ray after stage A."""
+        return self.initial if self.refinement is None else self.initial.with_camera(self.refinement.camera)
 
 
-def _doubt(name: str, near: RefinedCamera) -> str:
-    return (
-        f'The camera of X-ray "{name}" is doubtful: its rendering of the anchor explains it badly (local correlation '
-        f"{near.similarity:.2f}); look at it, or give a better guess, landmarks or a mask."
-    )
+def _find_one(run: Run, xray: Xray, how: CameraStage) -> _Found:
+    """An X-ray by itself."""
+    if xray.camera == "known" and xray.extrinsic is not None:
+        camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)
+        return _Found(Observation(xray.image, xray.mask, camera))
+    found = initial_camera(run, xray, model=how.regressor)
+    observation = Observation(xray.image, xray.mask, found.camera_of(xray))
+    if not how.refined:
+        return _Found(observation, found.warnings)
+    refinement = how.refine(run, observation, xray.source_to_detector_mm)
+    return _Found(observation, found.warnings, refinement, free=True)
+
+
+def _find_rig(run: Run, xrays: Sequence[Xray], how: CameraStage) -> list[_Found]:
+    """The X-rays of one rig."""
+    pairs = list(zip(xrays, initial_rig_cameras(run, xrays, model=how.regressor), strict=True))
+    observations = [Observation(xray.image, xray.mask, each.camera_of(xray)) for xray, each in pairs]
+    refinements: Sequence[RefinedCamera | None] = [None] * len(xrays)
+    if how.refined and not any(xray.camera == "known" for xray in xrays):
+        refinements = find_rig_near(run, observations, how.rig_levels)
+    return [
+        _Found(observation, found.warnings, refinement)
+        for observation, (_, found), refinement in zip(observations, pairs, refinements, strict=True)
+    ]
+
+
+def _unreliable(name: str, refinement: RefinedCamera | None) -> list[str]:
+    """A warning about a camera after stage A, if there is one."""
+    if refinement is None or refinement.reliable:
+        return []
+    return [
+        f'The camera of X-ray "{name}" is uncertain: its rendering of the anchor does not match it well (local '
+        f"correlation {refinement.similarity:.2f}); check it, or give a better initial camera, landmarks or a mask."
+    ]

@@ -15,11 +15,11 @@ WORKERS = 2
 class Peaks:
     """The best shift in each of several images.
 
-    score: (N,) correlation in [-1, 1]; share: (N,) of the template's weight inside the image; row, column: (N,) pixel
+    correlation: (N,) in [-1, 1]; share: (N,) of the template's weight inside the image; row, column: (N,) pixel
     of the image on which the template's middle lies.
     """
 
-    score: np.ndarray
+    correlation: np.ndarray
     share: np.ndarray
     row: np.ndarray
     column: np.ndarray
@@ -46,7 +46,7 @@ class MaskedMatcher:
     def best(self, template: np.ndarray, weight: np.ndarray, least_share: float, which: np.ndarray) -> Peaks:
         """The best shift of a template (s, s) with weights (s, s) in each of the images ``which`` (N,).
 
-        The best has the largest score times the root of its share: what lies outside the image explains nothing.
+        The best has the largest correlation times the root of its share: what lies outside the image is no evidence.
         least_share: shifts that leave less of the template's weight inside the image are left out.
         """
         total = float(weight.sum())
@@ -54,18 +54,19 @@ class MaskedMatcher:
         if total <= 0 or count == 0:
             nothing = np.zeros(count)
             return Peaks(nothing, nothing, nothing, nothing)
-        score, share = self._maps(template.astype(np.float32), weight.astype(np.float32), total, which)
-        worth = np.where(share >= least_share, score * np.sqrt(np.clip(share, 0, 1)), -2.0).reshape(count, -1)
-        at = worth.argmax(axis=1)
+        correlation, share = self._maps(template.astype(np.float32), weight.astype(np.float32), total, which)
+        score = np.where(share >= least_share, correlation * np.sqrt(np.clip(share, 0, 1)), -2.0)
+        score = score.reshape(count, -1)
+        at = score.argmax(axis=1)
         pick = (np.arange(count), at)
-        found = np.where(worth[pick] > -2, score.reshape(count, -1)[pick], 0.0)
+        found = np.where(score[pick] > -2, correlation.reshape(count, -1)[pick], 0.0)
         row, column = np.unravel_index(at, self.image_shape)
         return Peaks(found, share.reshape(count, -1)[pick], row, column)
 
     def _maps(
         self, template: np.ndarray, weight: np.ndarray, total: float, which: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Score and share (N, H, W) with the template's middle on every pixel."""
+        """Correlation and share (N, H, W) with the template's middle on every pixel."""
         centred = template - float((weight * template).sum()) / total
         weighted = weight * centred
         w, wt, wtt = np.conj(self._centred_transform(np.stack([weight, weighted, weighted * centred])))

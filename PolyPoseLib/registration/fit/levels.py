@@ -1,8 +1,9 @@
-"""The resolution pyramid: which image and voxel sizes, and the X-rays at each of them."""
+"""Resolution levels, and one X-ray at one of them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from copy import copy
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,11 +18,20 @@ FLAT_LINE_INTEGRAL = 0.03
 
 @dataclass(frozen=True)
 class Level:
-    """One step of the pyramid.
+    """One level of the resolution pyramid.
 
-    size_mm: of pixels (at the anchor) and voxels, and step along rays; patch_mm: width of the patches of the local
-    contrast, at the anchor; iterations: of the solver at most; joint_weight: of the expectation that joints keep
-    together (:mod:`PolyPoseLib.registration.articulations`), in units of the images' cost.
+    Parameters
+    ----------
+    size_mm : float
+        Of pixels (at the anchor) and voxels, and step along rays.
+    patch_mm : float
+        Width of the patches of the local contrast, at the anchor.
+    iterations : int
+        Of the solver at most.
+    joint_weight : float
+        Of the prior that joints keep together (:mod:`PolyPoseLib.registration.articulations`), in units of the
+        images' cost.
+
     """
 
     size_mm: float
@@ -32,25 +42,34 @@ class Level:
 
 @dataclass(frozen=True)
 class Observation:
-    """An X-ray as the solver takes it.
+    """An X-ray with the present estimate of its camera.
 
-    image: (H, W) float32 line integrals; mask: (H, W) bool, True where it counts; camera: the present guess; noise:
-    (H, W) standard deviation of the image's noise in line integrals, read off the image where it is not given.
+    Parameters
+    ----------
+    image : (H, W) ndarray
+        float32 line integrals.
+    mask : (H, W) ndarray
+        bool, True where a pixel counts.
+    camera : Camera
+        The present estimate.
+
     """
 
     image: np.ndarray
     mask: np.ndarray
     camera: Camera
-    noise: np.ndarray | None = None
+    noise: np.ndarray = field(init=False, repr=False)
+    """(H, W) standard deviation of the image's noise in line integrals, estimated from the image."""
 
     def __post_init__(self) -> None:
-        """Look at the noise once; X-rays made by :meth:`with_camera` share it."""
-        if self.noise is None:
-            object.__setattr__(self, "noise", noise_map(self.image, self.mask))
+        """Estimate the noise once; :meth:`with_camera` shares it."""
+        object.__setattr__(self, "noise", noise_map(self.image, self.mask))
 
     def with_camera(self, camera: Camera) -> Observation:
         """The same X-ray with another camera."""
-        return replace(self, camera=camera)
+        other = copy(self)
+        object.__setattr__(other, "camera", camera)
+        return other
 
 
 def pixel_size_mm(camera: Camera, point: np.ndarray) -> float:
@@ -59,19 +78,34 @@ def pixel_size_mm(camera: Camera, point: np.ndarray) -> float:
     return max(depth, 1.0) / float(camera.intrinsics[0, 0])
 
 
-def view_at(level: Level, measured: Observation, centre: np.ndarray, expect_noise: bool = True) -> View:
-    """The X-ray at a level's resolution; ``centre`` (3,) LPS mm is where the level's millimetres are measured.
+def view_at(level: Level, observation: Observation, centre: np.ndarray, expect_noise: bool = True) -> View:
+    """An X-ray at a level's resolution.
 
-    expect_noise: compare and weigh as the X-ray's noise suggests; without it residuals are those of local correlation.
+    Parameters
+    ----------
+    level : Level
+        The resolution.
+    observation : Observation
+        The X-ray.
+    centre : (3,) ndarray
+        LPS mm, where the level's millimetres are observation.
+    expect_noise : bool
+        Compare and weigh as the X-ray's noise suggests; without it residuals are those of local correlation.
+
+    Returns
+    -------
+    View
+        Without static image, every pixel of the mask weighted 1.
+
     """
-    pixel = pixel_size_mm(measured.camera, centre)
+    pixel = pixel_size_mm(observation.camera, centre)
     factor = max(1, round(level.size_mm / pixel))
-    factor = min(factor, max(1, min(measured.image.shape) // 16))
-    image, mask = binned(measured.image, measured.mask, factor)
-    camera = measured.camera.binned(factor)
+    factor = min(factor, max(1, min(observation.image.shape) // 16))
+    image, mask = binned(observation.image, observation.mask, factor)
+    camera = observation.camera.binned(factor)
     size = 2 * max(1, round(level.patch_mm / (pixel * factor) / 2)) + 1
     noise = (
-        binned(measured.noise, measured.mask, factor)[0] / factor
+        binned(observation.noise, observation.mask, factor)[0] / factor
         if expect_noise
         else np.zeros((), np.float32)
     )

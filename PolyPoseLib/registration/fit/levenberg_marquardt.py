@@ -1,19 +1,58 @@
-"""Levenberg-Marquardt with robust pixel weights, for :class:`RigidProblem`."""
+"""Levenberg-Marquardt for any problem that gives its cost and its normal equations."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from PolyPoseLib.registration.fit.problem import RigidProblem, State
+from PolyPoseLib.registration.fit.problem import Normal
+
+S = TypeVar("S")
+"""State of a problem: the values of its unknowns."""
+
+TRIALS = 8
+"""Steps that are tried at one state, each with more damping than the one before."""
+
+
+class Problem(Protocol[S]):
+    """A least-squares problem whose unknowns are rigid motions, six numbers [rotation (rad), translation (mm)] each."""
+
+    @property
+    def size(self) -> int:
+        """Number P of scalar unknowns."""
+        ...
+
+    def cost(self, state: S) -> float:
+        """What is minimised."""
+        ...
+
+    def moved(self, state: S, step: np.ndarray) -> S:
+        """The state after a step (P,)."""
+        ...
+
+    def normal_equations(self, state: S) -> Normal:
+        """Gauss-Newton normal equations at a state."""
+        ...
 
 
 @dataclass(frozen=True)
 class SolverOptions:
-    """iterations: accepted steps at most; tolerance: relative fall of the cost that counts as none;
-    largest_rotation_rad, largest_translation_mm: trust region of one step.
+    """When the solver stops, and how far it steps.
+
+    Parameters
+    ----------
+    iterations : int
+        Accepted steps at most.
+    tolerance : float
+        Relative fall of the cost that counts as none; two of them in a row end the run.
+    damping : float
+        At the start, relative to the diagonal of the normal matrix.
+    largest_rotation_rad, largest_translation_mm : float
+        Trust region of one step, for each rigid motion by itself.
+
     """
 
     iterations: int = 20
@@ -24,35 +63,61 @@ class SolverOptions:
 
 
 @dataclass(frozen=True)
-class Solution:
-    """state: where the solver stopped; cost: there; evaluations: of the cost; costs: after each accepted step."""
+class Solution(Generic[S]):
+    """state: where the solver stopped; cost: there; costs: after each accepted step."""
 
-    state: State
+    state: S
     cost: float
-    evaluations: int
     costs: tuple[float, ...]
 
 
+@dataclass(frozen=True)
+class _Trial(Generic[S]):
+    """A step (P,), and the state and cost that it leads to."""
+
+    step: np.ndarray
+    state: S
+    cost: float
+
+
 def minimise(
-    problem: RigidProblem,
-    state: State,
+    problem: Problem[S],
+    state: S,
     options: SolverOptions,
-    before_step: Callable[[State, int, float], None] | None = None,
-) -> Solution:
-    """Minimise the problem's cost from ``state``.
+    before_step: Callable[[S, int, float], None] | None = None,
+) -> Solution[S]:
+    """Minimise a problem's cost.
 
     A step that lowers the cost is doubled for as long as that lowers it further: where images are off by more than
     their texture is fine, the normal equations are far too steep and propose small steps.
 
-    before_step: called with the state, the iteration and the cost before every step; it may refresh the views
-    (weights, static images) in place, and raise to cancel. A problem without unknowns is only evaluated.
+    Parameters
+    ----------
+    problem : Problem
+        One without unknowns is only evaluated.
+    state : S
+        Where to start.
+    options : SolverOptions
+        When to stop.
+    before_step : callable, optional
+        Called with the state, the iteration and the cost (infinite at first) before every step; it may change the
+        problem (weights, static images) in place, and raise to cancel.
+
+    Returns
+    -------
+    Solution
+        Where the solver stopped.
+
+    References
+    ----------
+    D. Marquardt, "An algorithm for least-squares estimation of nonlinear parameters", J. SIAM 11 (1963).
+
     """
     if problem.size == 0:
         if before_step is not None:
             before_step(state, 0, np.inf)
-        return Solution(state, problem.cost(state), 1, ())
+        return Solution(state, problem.cost(state), ())
     damping = options.damping
-    evaluations = 0
     costs: list[float] = []
     cost = np.inf
     small = 0
@@ -61,46 +126,56 @@ def minimise(
             before_step(state, iteration, cost)
         normal = problem.normal_equations(state)
         cost = normal.cost
-        evaluations += 1
-        accepted = False
-        for _ in range(8):
-            step = _limited(_damped_step(normal.matrix, normal.gradient, damping), options)
-            trial = problem.moved(state, step)
-            trial_cost = problem.cost(trial)
-            evaluations += 1
-            if trial_cost < cost:
-                accepted = True
-                break
-            damping = min(damping * 4, 1e6)
-        if not accepted:
+        trial, damping = _first_that_lowers(problem, state, normal, damping, options)
+        if trial is None:
             break
-        while trial_cost < cost:
-            longer = _limited(2 * step, options)
-            further = problem.moved(state, longer)
-            further_cost = problem.cost(further)
-            evaluations += 1
-            if further_cost >= trial_cost or (np.abs(longer - step) <= 1e-5 * np.abs(step)).all():
-                break
-            step, trial, trial_cost = longer, further, further_cost
-        fall = (cost - trial_cost) / max(cost, 1e-12)
-        state, cost = trial, trial_cost
+        trial = _lengthened(problem, state, trial, options)
+        fall = (cost - trial.cost) / max(cost, 1e-12)
+        state, cost = trial.state, trial.cost
         costs.append(cost)
         damping = max(damping / 3, 1e-6)
         small = small + 1 if fall < options.tolerance else 0
         if small >= 2:
             break
-    return Solution(state, cost, evaluations, tuple(costs))
+    return Solution(state, cost, tuple(costs))
 
 
-def _damped_step(matrix: np.ndarray, gradient: np.ndarray, damping: float) -> np.ndarray:
-    diagonal = np.diag(matrix).copy()
+def _first_that_lowers(
+    problem: Problem[S], state: S, normal: Normal, damping: float, options: SolverOptions
+) -> tuple[_Trial[S] | None, float]:
+    """The first of several steps, ever more damped, that lowers the cost, or None; and the damping it took."""
+    for _ in range(TRIALS):
+        step = _limited(_damped_step(normal, damping), options)
+        moved = problem.moved(state, step)
+        cost = problem.cost(moved)
+        if cost < normal.cost:
+            return _Trial(step, moved, cost), damping
+        damping = min(damping * 4, 1e6)
+    return None, damping
+
+
+def _lengthened(problem: Problem[S], state: S, trial: _Trial[S], options: SolverOptions) -> _Trial[S]:
+    """The step doubled for as long as the cost falls and the trust region allows."""
+    while True:
+        longer = _limited(2 * trial.step, options)
+        if (np.abs(longer - trial.step) <= 1e-5 * np.abs(trial.step)).all():
+            return trial
+        moved = problem.moved(state, longer)
+        cost = problem.cost(moved)
+        if not cost < trial.cost:
+            return trial
+        trial = _Trial(longer, moved, cost)
+
+
+def _damped_step(normal: Normal, damping: float) -> np.ndarray:
+    diagonal = np.diag(normal.matrix).copy()
     floor = max(float(diagonal.max()), 1e-12) * 1e-9
-    damped = matrix + np.diag(damping * np.maximum(diagonal, floor) + floor)
-    return -np.linalg.solve(damped, gradient)
+    damped = normal.matrix + np.diag(damping * np.maximum(diagonal, floor) + floor)
+    return -np.linalg.solve(damped, normal.gradient)
 
 
 def _limited(step: np.ndarray, options: SolverOptions) -> np.ndarray:
-    """Shorten each body's part of the step to the trust region."""
+    """Shorten each rigid motion's part of the step to the trust region."""
     limited = step.copy()
     for start in range(0, len(step), 6):
         turn = np.linalg.norm(step[start : start + 3]) / options.largest_rotation_rad

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.rigid import about, adjoint_of_correction, perturbation
-from PolyPoseLib.registration.articulations import ArticulationPrior
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, BodyProjection, Window, project_body, slices_of
 from PolyPoseLib.similarity.local_contrast import LocalContrast
@@ -23,7 +23,7 @@ from PolyPoseLib.similarity.local_contrast import LocalContrast
 class View:
     """One X-ray at one resolution.
 
-    camera: as guessed; contrast: local normalisation with the view's mask; target: (H, W) normalised X-ray;
+    camera: before its correction; contrast: local normalisation with the view's mask; target: (H, W) normalised X-ray;
     static: (H, W) line integrals of what does not move rigidly; weight: (H, W) pixel weights; noise_share: (H, W)
     share (0 to 1) of noise in the variance of ``target``, or 0.
     """
@@ -64,14 +64,37 @@ class State:
     poses: np.ndarray
     corrections: np.ndarray
 
+    @classmethod
+    def of_poses(cls, poses: np.ndarray, views: int) -> State:
+        """Poses (K, 4, 4) with the cameras of so many views as they are."""
+        return cls(poses, np.stack([np.eye(4)] * views))
+
+    def with_pose(self, k: int, pose: np.ndarray) -> State:
+        """The state with another pose (4, 4) of structure ``k``."""
+        poses = self.poses.copy()
+        poses[k] = pose
+        return State(poses, self.corrections)
+
 
 @dataclass(frozen=True)
 class Normal:
-    """cost: weighted mean of squared residuals; matrix: (P, P); gradient: (P,) of half that cost, or None."""
+    """cost: weighted mean of squared residuals; matrix: (P, P); gradient: (P,) of half that cost."""
 
     cost: float
-    matrix: np.ndarray | None
-    gradient: np.ndarray | None
+    matrix: np.ndarray
+    gradient: np.ndarray
+
+
+class PosePrior(Protocol):
+    """What is expected of the poses whatever the images show."""
+
+    def cost(self, poses: np.ndarray) -> float:
+        """For poses (K, 4, 4) fixed to moving."""
+        ...
+
+    def add_to(self, poses: np.ndarray, matrix: np.ndarray, gradient: np.ndarray) -> float:
+        """Add the Gauss-Newton terms of half the cost to ``matrix`` (P, P) and ``gradient`` (P,); returns the cost."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -99,33 +122,39 @@ class Linearised:
     blocks: list[Block]
 
 
+@dataclass
 class RigidProblem:
     """Residuals and normal equations of rigid bodies seen in several views.
 
-    bodies: K of them; free_poses: indices of those that move; free_cameras: indices of views whose camera moves,
-    about ``camera_centre`` (3,) LPS mm; step_mm: distance of ray samples; backend: carries out the rays; prior: what is
-    expected of the joints, or None.
+    Parameters
+    ----------
+    bodies : sequence of Body
+        K of them.
+    views : sequence of View
+        The X-rays at one resolution.
+    free_poses : sequence of int
+        Indices of the bodies that move.
+    free_cameras : sequence of int
+        Indices of the views whose camera moves.
+    camera_centre : (3,) ndarray
+        LPS mm, about which cameras move.
+    step_mm : float
+        Distance of ray samples.
+    backend : Backend
+        Carries out the rays.
+    prior : PosePrior, optional
+        What is expected of the poses.
+
     """
 
-    def __init__(
-        self,
-        bodies: Sequence[Body],
-        views: Sequence[View],
-        free_poses: Sequence[int],
-        free_cameras: Sequence[int],
-        camera_centre: np.ndarray,
-        step_mm: float,
-        backend: Backend,
-        prior: ArticulationPrior | None = None,
-    ) -> None:
-        self.bodies = list(bodies)
-        self.views = list(views)
-        self.free_poses = list(free_poses)
-        self.free_cameras = list(free_cameras)
-        self.camera_centre = camera_centre
-        self.step_mm = step_mm
-        self.backend = backend
-        self.prior = prior
+    bodies: Sequence[Body]
+    views: Sequence[View]
+    free_poses: Sequence[int]
+    free_cameras: Sequence[int]
+    camera_centre: np.ndarray
+    step_mm: float
+    backend: Backend
+    prior: PosePrior | None = None
 
     @property
     def size(self) -> int:
@@ -157,6 +186,17 @@ class RigidProblem:
             image[projection.slices] += projection.image
             projections.append(projection)
         return image, projections
+
+    def render_without(self, body: int, state: State, view_index: int) -> np.ndarray:
+        """Line integrals (H, W) of a view with one body left out."""
+        view = self.views[view_index]
+        image = view.static.astype(np.float32).copy()
+        for k, other in enumerate(self.bodies):
+            if k != body:
+                pose = state.poses[k] @ state.corrections[view_index]
+                projection = project_body(other, view.camera, pose, self.step_mm, self.backend)
+                image[projection.slices] += projection.image
+        return image
 
     def residual(self, state: State, view_index: int) -> np.ndarray:
         """Normalised rendering less normalised X-ray, (H, W)."""
@@ -246,9 +286,13 @@ def corrected(camera: Camera, correction: np.ndarray) -> Camera:
 
 @dataclass(frozen=True)
 class JointResult:
-    """poses: (K, 4, 4) fixed to moving; cameras: refined; problem, state: as the last level left them."""
+    """cameras: refined; problem, state: as the last level left them."""
 
-    poses: np.ndarray
     cameras: list[Camera]
     problem: RigidProblem
     state: State
+
+    @property
+    def poses(self) -> np.ndarray:
+        """(K, 4, 4) fixed to moving."""
+        return self.state.poses

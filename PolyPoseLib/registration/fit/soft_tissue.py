@@ -11,8 +11,8 @@ from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend, IndexField
 from PolyPoseLib.rendering.rigid import Body, index_rays
 from PolyPoseLib.warp.dense import displacement_field
-from PolyPoseLib.warp.polyrigid import PolyrigidWarp, RotationFalloff
-from PolyPoseLib.warp.weights import DistanceMaps, distance_maps
+from PolyPoseLib.warp.polyrigid import PolyrigidWarp, RotationFalloff, WeightFrame
+from PolyPoseLib.warp.weights import DistanceMaps, WeightForm, distance_maps
 
 FIELD_MM = 8.0
 """Grid of the displacement field that the soft tissue is rendered through."""
@@ -24,15 +24,22 @@ MARGIN_MM = 30.0
 class SoftTissue:
     """The smooth warp of a scene, and what the soft tissue looks like under it.
 
-    frame, form, epsilon: of the weights, as in :class:`PolyrigidWarp`; rotation_reach_mm: distance at which tissue
-    takes half of a bone's rotation, None for no limit.
+    Parameters
+    ----------
+    scene : Scene
+        The CT with its structures.
+    frame, form, epsilon
+        Of the weights, as in :class:`PolyrigidWarp`.
+    rotation_reach_mm : float, optional
+        Distance at which tissue takes half of a bone's rotation; None for no limit.
+
     """
 
     def __init__(
         self,
         scene: Scene,
-        frame: str = "moving",
-        form: str = "rigid",
+        frame: WeightFrame = "moving",
+        form: WeightForm = "rigid",
         epsilon: float = 0.1,
         rotation_reach_mm: float | None = None,
     ) -> None:
@@ -68,13 +75,29 @@ class SoftTissue:
         correction: np.ndarray,
         size_mm: float,
         backend: Backend,
-        kind: str = "soft",
     ) -> np.ndarray:
-        """Line integrals (H, W) of the "soft" tissue, or the "whole" CT, warped by ``field``.
+        """Line integrals of the soft tissue warped by a field.
 
-        correction: (4, 4) of the camera, fixed to fixed; size_mm: of voxels and ray steps.
+        Parameters
+        ----------
+        field : DisplacementField
+            Fixed to moving, mm; see :meth:`coarse_field`.
+        camera : Camera
+            Of the X-ray at its resolution.
+        correction : (4, 4) ndarray
+            Of the camera, fixed to fixed.
+        size_mm : float
+            Of voxels and ray steps.
+        backend : Backend
+            Carries out the rays.
+
+        Returns
+        -------
+        (H, W) ndarray
+            float32.
+
         """
-        body = self.scene.volume(kind, size_mm)
+        body = self.scene.volume("soft", size_mm)
         rays = index_rays(body, camera, correction, (0, camera.height, 0, camera.width), size_mm)
         if not field.vectors.any():  # at rest
             return backend.project(body.voxels, rays, False, body.occupied)[0]

@@ -1,4 +1,4 @@
-"""Pixel weights: where the bones of interest project, less where tissue does what the model cannot."""
+"""Pixel weights: where the bones of interest project, less where the tissue moves otherwise than the model."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
+from PolyPoseLib.registration.fit.levels import pixel_size_mm
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
 from PolyPoseLib.rendering.rigid import project_body
 
@@ -14,7 +15,7 @@ VISIBLE_LINE_INTEGRAL = 0.02
 """A bone shows in a pixel when it adds at least this much."""
 
 MODEL_VARIANCE = 0.06
-"""Variance of the normalised residual that stays without noise, from tissue that moves otherwise than the model."""
+"""Variance of the normalised residual without noise, from tissue that moves otherwise than the model."""
 
 LEAST_SCALE = 0.2
 """Smallest scale of the residual, in units of what is expected; below it nothing is an outlier."""
@@ -35,7 +36,15 @@ def dilated(shows: np.ndarray, reach_px: float) -> np.ndarray:
     """Pixels at most ``reach_px`` from one that is True."""
     if reach_px <= 0 or not shows.any():
         return shows
-    return distance_transform_edt(~shows) <= reach_px
+    return np.asarray(distance_transform_edt(~shows)) <= reach_px
+
+
+def region_around(
+    problem: RigidProblem, state: State, view_index: int, which: Iterable[int], reach_mm: float
+) -> np.ndarray:
+    """(H, W) bool: pixels of a view at most ``reach_mm``, at the anchor's depth, from the bodies ``which``."""
+    pixel_mm = pixel_size_mm(problem.views[view_index].camera, problem.camera_centre)
+    return dilated(projection_mask(problem, state, view_index, which), reach_mm / pixel_mm)
 
 
 def reliability(view: View) -> np.ndarray:
@@ -44,10 +53,30 @@ def reliability(view: View) -> np.ndarray:
 
 
 def robust_weight(view: View, residual: np.ndarray, region: np.ndarray) -> np.ndarray:
-    """(H, W) float32 weights inside ``region``: less where the X-ray is noisy, less still where it is not explained.
+    """Pixel weights inside a region: less where the X-ray is noisy, less still where its residual is large.
 
-    The reliability times the Cauchy weights 1 / (1 + (r / s)^2) of iteratively reweighted least squares (Holland and
-    Welsch, 1977), s being twice the robust deviation of the residual in units of what is expected.
+    The reliability times the Cauchy weights 1 / (1 + (r / s)^2) of iteratively reweighted least squares, s being twice
+    the robust deviation of the residual in units of what is expected.
+
+    Parameters
+    ----------
+    view : View
+        The X-ray.
+    residual : (H, W) ndarray
+        Normalised rendering less normalised X-ray.
+    region : (H, W) ndarray
+        bool, where pixels count.
+
+    Returns
+    -------
+    (H, W) ndarray
+        float32, 0 outside the region.
+
+    References
+    ----------
+    P. Holland and R. Welsch, "Robust regression using iteratively reweighted least-squares", Communications in
+    Statistics A6 (1977).
+
     """
     region = region & (view.contrast.support > 0)
     if not region.any():

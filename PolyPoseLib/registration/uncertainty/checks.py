@@ -8,21 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from PolyPoseLib.geometry.rigid import rotation_angle_deg
-from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm, view_at
-from PolyPoseLib.registration.fit.problem import RigidProblem, State
-from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
+from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm
+from PolyPoseLib.registration.fit.problem import State
+from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.fit.weighting import dilated, projection_mask
+from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.rendering.backend import Backend
 
 SCORING_LEVEL = Level(3.0, 20.0, 0)
-"""Resolution at which renderings are judged: coarse enough that noise does not decide."""
+"""Resolution at which renderings are scored: coarse enough that noise does not decide."""
 
 MARGIN = 0.01
 """Fall of the mean similarity that speaks against a result: noise alone lets a patient at rest lose less."""
 
 LEAST_SIMILARITY = 0.5
-"""Local correlation around the bones below which a view is not explained."""
+"""Local correlation around the bones below which a view is not trusted."""
 
 LARGEST_ROTATION_DEG = 60.0
 REACH_MM = 10.0
@@ -36,25 +36,37 @@ class ViewScores:
     visible: np.ndarray
 
 
-def judge(
-    scene: Scene, soft: SoftTissue, measured: Sequence[Observation], poses: np.ndarray, backend: Backend
-) -> ViewScores:
-    """Local correlation of every X-ray with its rendering around all bones, for poses (K, 4, 4)."""
-    views = [view_at(SCORING_LEVEL, m, scene.anchor_centre, expect_noise=False) for m in measured]
-    bodies = scene.bodies(SCORING_LEVEL.size_mm)
-    problem = RigidProblem(bodies, views, [], [], scene.anchor_centre, SCORING_LEVEL.size_mm, backend)
-    state = State(poses, np.stack([np.eye(4)] * len(views)))
-    field = soft.coarse_field(poses)
+def score_views(run: Run, observations: Sequence[Observation], poses: np.ndarray) -> ViewScores:
+    """Local correlation of every X-ray with its rendering around all bones.
+
+    Parameters
+    ----------
+    run : Run
+        The patient and the renderer.
+    observations : sequence of Observation
+        N X-rays with their cameras.
+    poses : (K, 4, 4) ndarray
+        Fixed to moving.
+
+    Returns
+    -------
+    ViewScores
+        Of the N views.
+
+    """
+    level = LevelViews(run, observations, SCORING_LEVEL, expect_noise=False)
+    problem = level.structures()
+    state = State.of_poses(poses, len(level.views))
+    level.render_soft_tissue(state)
     similarities = []
-    visible = np.zeros((len(bodies), len(views)), bool)
-    for n, view in enumerate(views):
-        view.static = soft.render(field, view.camera, np.eye(4), SCORING_LEVEL.size_mm, backend)
+    visible = np.zeros((len(poses), len(level.views)), bool)
+    for n, view in enumerate(level.views):
         region = np.zeros(view.static.shape, bool)
-        for k in range(len(bodies)):
+        for k in range(len(poses)):
             shows = projection_mask(problem, state, n, [k]) & (view.contrast.support > 0)
             visible[k, n] = shows.any()
             region |= shows
-        region = dilated(region, REACH_MM / pixel_size_mm(view.camera, scene.anchor_centre))
+        region = dilated(region, REACH_MM / pixel_size_mm(view.camera, problem.camera_centre))
         region &= view.contrast.support > 0
         residual = problem.residual(state, n)[region]
         similarities.append(float(1 - np.mean(residual**2) / 2) if residual.size else -1.0)
@@ -64,7 +76,25 @@ def judge(
 def reasons_for_distrust(
     scene: Scene, names: Sequence[str], before: ViewScores, after: ViewScores, poses: np.ndarray
 ) -> tuple[str, ...]:
-    """What speaks against a result; names are those of the X-rays."""
+    """What speaks against a result.
+
+    Parameters
+    ----------
+    scene : Scene
+        Names the structures.
+    names : sequence of str
+        Of the X-rays.
+    before, after : ViewScores
+        At rest with the initial cameras, and of the result.
+    poses : (K, 4, 4) ndarray
+        Fixed to moving, of the result.
+
+    Returns
+    -------
+    tuple of str
+        One sentence each.
+
+    """
     reasons = []
     for n, name in enumerate(names):
         if not after.visible[scene.anchor, n]:
@@ -97,7 +127,7 @@ def reasons_for_distrust(
 def hidden_structures(scene: Scene, after: ViewScores) -> list[str]:
     """Warnings about structures that no X-ray shows."""
     return [
-        f'The structure "{name}" shows in no X-ray: its pose is a guess with a wide uncertainty.'
+        f'The structure "{name}" shows in no X-ray: its pose is an estimate with a wide uncertainty.'
         for k, name in enumerate(scene.names)
         if not after.visible[k].any()
     ]

@@ -1,7 +1,7 @@
 """How far each pose may be off: the solver's curvature against the residual as it really is.
 
 At the optimum the scores (weighted residual times derivative) sum to zero; their spread over patches of the images
-says how much the optimum would move if the residual were drawn again.  The residual is correlated over a patch, so
+shows how much the optimum would move if the residual were drawn again. The residual is correlated over a patch, so
 scores are summed within patches first: the cluster-robust ("sandwich") covariance, inverse curvature times spread
 of the scores times inverse curvature (Liang and Zeger, Biometrika 73, 1986).
 """
@@ -21,12 +21,12 @@ PATCHES_PER_CLUSTER = 2
 """Clusters are this many patches of the local contrast wide."""
 
 INFLATION = 5.0
-"""Factor on the standard deviations for what the residual does not tell: soft tissue that moves otherwise than the
-model pushes all of an edge one way. Measured on simulated cases, see Testing/Benchmarks/accuracy.py."""
+"""Factor on the standard deviations for errors that the residual does not show: soft tissue that moves otherwise than
+the model shifts all of an edge one way. Measured on simulated cases, see Testing/Benchmarks/accuracy.py."""
 
 LEAST_NOISE = 1e-6
-"""Variance of the residual, in the local contrast's own, below which nothing real lies; keeps the prior in force where
-the images say nothing at all."""
+"""Least variance of the residual, in variances of the local contrast; keeps the prior in force where the images hold
+no information at all."""
 
 COMMON_DIRECTION = 0.55
 """Length of the mean of unit viewing directions above which they have a direction in common."""
@@ -37,22 +37,28 @@ SYSTEMATIC_TRANSLATION_MM = 0.15
 
 UNSEEN_ROTATION_DEG = 30.0
 UNSEEN_TRANSLATION_MM = 50.0
-"""Standard deviations of a pose that no X-ray says anything about."""
+"""Standard deviations of a pose that no X-ray shows."""
 
 _UNSEEN = np.array([np.radians(UNSEEN_ROTATION_DEG)] * 3 + [UNSEEN_TRANSLATION_MM] * 3)
 
 
 @dataclass(frozen=True)
 class PoseUncertainty:
-    """covariance: (6, 6) of [rotation (rad), translation (mm)], a perturbation on the left of the pose
-    fixed to moving, about the structure's centroid.
+    """How far a pose may be off.
+
+    Parameters
+    ----------
+    covariance : (6, 6) ndarray
+        Of [rotation (rad), translation (mm)], a perturbation on the left of the pose fixed to moving, about the
+        structure's centroid.
+
     """
 
     covariance: np.ndarray
 
     @classmethod
     def unseen(cls) -> PoseUncertainty:
-        """Of a pose that no X-ray says anything about, or that one contradicts."""
+        """Of a pose that no X-ray shows, or that one contradicts."""
         return cls(np.diag(_UNSEEN**2))
 
     def to_dict(
@@ -60,8 +66,22 @@ class PoseUncertainty:
     ) -> dict[str, Any]:
         """95 % intervals (plus or minus, mm and degrees) along and across the common viewing direction.
 
-        centre: (3,) the structure's centroid in the CT. Views from opposite sides, or far apart, have the axis in
-        common that lies nearest to all of their rays.
+        Views from opposite sides, or far apart, have the axis in common that lies nearest to all of their rays.
+
+        Parameters
+        ----------
+        cameras : list of Camera
+            Of all views.
+        fixed_to_moving : (4, 4) ndarray
+            The pose.
+        centre : (3,) ndarray
+            The structure's centroid in the CT, LPS mm.
+
+        Returns
+        -------
+        dict
+            As ``result.json`` holds it.
+
         """
         in_fixed = np.linalg.inv(fixed_to_moving) @ np.r_[centre, 1.0]
         directions = np.array([in_fixed[:3] - camera.source for camera in cameras])
@@ -86,7 +106,23 @@ class PoseUncertainty:
 
 
 def pose_uncertainties(problem: RigidProblem, state: State) -> dict[int, PoseUncertainty]:
-    """Covariance of every free pose of ``problem`` at its optimum, the free cameras' doubt included."""
+    """Covariance of every free pose at a problem's optimum, the uncertainty of free cameras included.
+
+    Parameters
+    ----------
+    problem, state
+        As the joint fit left them.
+
+    Returns
+    -------
+    dict of int to PoseUncertainty
+        By index of the structure.
+
+    References
+    ----------
+    K.-Y. Liang and S. Zeger, "Longitudinal data analysis using generalized linear models", Biometrika 73 (1986).
+
+    """
     curvature = np.zeros((problem.size, problem.size))
     spread = np.zeros((problem.size, problem.size))
     for n, view in enumerate(problem.views):

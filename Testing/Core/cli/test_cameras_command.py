@@ -45,13 +45,13 @@ def asked(monkeypatch):
     """Initial cameras that take no time; (name of the X-ray, method) of each, and whether they are sure."""
     calls = {"asked": [], "sure": True}
 
-    def guess(scene, xray, backend, monitor, stage, method="auto", model=None):
+    def find(run, xray, method="auto", model=None):
         calls["asked"].append((xray.name, method))
         return FoundCamera(
             FOUND, calls["sure"], (2, 10), "as asked", () if calls["sure"] else ("uncertain",), 0.8, 0.3
         )
 
-    monkeypatch.setattr(rig_initial, "initial_camera", guess)
+    monkeypatch.setattr(rig_initial, "initial_camera", find)
     return calls
 
 

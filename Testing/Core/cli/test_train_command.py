@@ -111,7 +111,7 @@ def refined(monkeypatch):
     """The models that were asked, with refinement left out."""
     asked = []
 
-    def learned(scene, xray, model, backend, monitor, stage):
+    def learned(run, xray, model):
         asked.append(model.model.validation_mm)
         return FoundCamera(model.predict(xray)[0].extrinsic, True, (2, 10), model.how, (), 0.8, 0.2)
 
@@ -129,7 +129,7 @@ def test_cameras_by_a_model(study, model, refined, capsys):
 def test_auto_takes_a_model_only_when_it_is_given(study, model, refined, monkeypatch):
     searched = []
 
-    def search(scene, xray, backend, monitor, stage):
+    def search(run, xray):
         searched.append(xray.name)
         return FoundCamera(np.eye(4), True, (2, 10), "searched")
 

@@ -8,7 +8,6 @@ from scipy.ndimage import gaussian_filter
 
 from PolyPoseLib.baselines.published.method import attenuation_grid
 from PolyPoseLib.baselines.published.projectors import polyrigid_projector
-from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.volume import Volume
@@ -28,7 +27,7 @@ ANCHOR = "pelvis"
 
 @dataclass(frozen=True)
 class Phantom:
-    """study: with guessed cameras; cameras: the true ones; poses: (K, 4, 4) true, fixed to moving."""
+    """study: with initial cameras; cameras: the true ones; poses: (K, 4, 4) true, fixed to moving."""
 
     study: Study
     cameras: list
@@ -37,7 +36,7 @@ class Phantom:
     def scene(self):
         return Scene(self.study.ct, self.study.structures, ANCHOR)
 
-    def measured(self, cameras=None):
+    def observations(self, cameras=None):
         cameras = cameras or self.cameras
         return [Observation(x.image, x.mask, c) for x, c in zip(self.study.xrays, cameras, strict=True)]
 
@@ -84,15 +83,15 @@ def phantom(seed=0, pixels=48, turn=0.12, shift=5.0, camera_error=(0.04, 6.0), f
         render = polyrigid_projector(grid.voxels, grid.affine, warp, camera, 2.0, select_backend())
         image = render.image(warp.logs.numpy())
         image = image + rng.normal(0, 0.004, image.shape).astype(np.float32)
-        axis, way = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
-        delta = torch.as_tensor(np.concatenate([axis * camera_error[0], way * camera_error[1]]))
-        guess = camera.extrinsic @ about(se3.exp(delta).numpy(), scene.anchor_centre)
+        axis, direction = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
+        delta = torch.as_tensor(np.concatenate([axis * camera_error[0], direction * camera_error[1]]))
+        initial = camera.extrinsic @ about(se3.exp(delta).numpy(), scene.anchor_centre)
         xrays.append(
             Xray(
                 image,
                 np.ones(image.shape, bool),
                 intrinsics,
-                guess,
+                initial,
                 "initial",
                 (320 / pixels, 320 / pixels),
                 1000.0,
@@ -101,10 +100,6 @@ def phantom(seed=0, pixels=48, turn=0.12, shift=5.0, camera_error=(0.04, 6.0), f
         )
         cameras.append(camera)
     return Phantom(Study(ct, structures, ANCHOR, tuple(xrays)), cameras, poses)
-
-
-def quiet():
-    return Monitor(None, None)
 
 
 def fastest_backend():

@@ -4,7 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from paper_cases import ANCHOR, fastest_backend, phantom, projection_error_px, quiet
+from paper_cases import ANCHOR, fastest_backend, phantom, projection_error_px
+from quiet_run import quiet_run
 
 from PolyPoseLib.baselines.published import method as paper
 from PolyPoseLib.baselines.published.method import (
@@ -33,28 +34,11 @@ def case():
     return phantom()
 
 
-def fit(
-    case,
-    levels=FEW,
-    optimizer="adam",
-    frame="fixed",
-    form="mass",
-    monitor=None,
-    preview=None,
-    backend=None,
-):
-    scene = case.scene()
-    soft = SoftTissue(scene, frame, form, 0.02)
+def fit(case, levels=FEW, optimizer="adam", frame="fixed", form="mass", **changes):
+    """changes: of the run."""
+    run = quiet_run(case.scene(), frame=frame, form=form, epsilon=0.02)
     return fit_structures_by_gmncc(
-        case.study.ct,
-        scene,
-        soft,
-        case.measured(),
-        optimizer,
-        backend or fastest_backend(),
-        monitor or quiet(),
-        preview,
-        levels,
+        dataclasses.replace(run, **changes), case.study.ct, case.observations(), optimizer, levels
     )
 
 
@@ -63,7 +47,7 @@ def objective(case, frame="fixed", form="mass"):
     maps = distance_maps(scene.structures, scene.ct_affine)
     warp = SoftTissue(scene, frame, form, 0.02).warp(maps, case.poses)
     grid = attenuation_grid(case.study.ct, None)
-    views = [view_of(m, 180) for m in case.measured()]
+    views = [view_of(m, 180) for m in case.observations()]
     return PolyrigidObjective(grid.voxels, grid.affine, warp, views, scene.centres, 2.0, fastest_backend())
 
 
@@ -163,25 +147,23 @@ def test_progress_previews_and_cancelling(case):
 
 def test_uncertainty_of_the_found_poses(case):
     found = fit(case, (PaperLevel(10.0, 5),))
-    doubts = pose_uncertainties(found.problem, found.state)
-    assert set(doubts) == {1, 2}
-    for doubt in doubts.values():
-        assert np.linalg.eigvalsh(doubt.covariance).min() > 0
+    uncertainties = pose_uncertainties(found.problem, found.state)
+    assert set(uncertainties) == {1, 2}
+    for uncertainty in uncertainties.values():
+        assert np.linalg.eigvalsh(uncertainty.covariance).min() > 0
 
 
 def test_a_camera_is_found_by_the_anchor():
     case = phantom(seed=1, pixels=90, turn=0.0, shift=0.0, camera_error=(0.08, 12.0))
     levels = (PaperLevel(10.0, 40, 45), PaperLevel(None, 40, 90))
     scene = case.scene()
-    guess = case.cameras[0].with_extrinsic(case.study.xrays[0].extrinsic)
-    (measured, _) = case.measured([guess, case.cameras[1]])
+    initial = case.cameras[0].with_extrinsic(case.study.xrays[0].extrinsic)
+    (observation, _) = case.observations([initial, case.cameras[1]])
     steps = []
-    found = find_camera_by_anchor(
-        case.study.ct, scene, measured, fastest_backend(), Monitor(steps.append, None), "camera", levels
-    )
+    found = find_camera_by_anchor(quiet_run(scene, steps.append), case.study.ct, observation, levels)
     body = anchor_body(case.study.ct, scene, None)
     corners = body.corners
-    before, after = (projection_error_px(c, case.cameras[0], corners) for c in (guess, found))
+    before, after = (projection_error_px(c, case.cameras[0], corners) for c in (initial, found))
     assert len(steps) == 80 and steps[-1].similarity > steps[0].similarity
     assert after < 0.3 * before, (after, before)
 
@@ -198,7 +180,7 @@ def test_the_anchor_is_cut_out_of_the_ct(case):
 
 def test_preset_paper_registers_a_study(case, monkeypatch):
     monkeypatch.setattr(paper.find_camera_by_anchor, "__defaults__", ((PaperLevel(10.0, 8),),))
-    monkeypatch.setattr(paper.fit_structures_by_gmncc, "__defaults__", (None, FEW))
+    monkeypatch.setattr(paper.fit_structures_by_gmncc, "__defaults__", ("adam", FEW))
     study = dataclasses.replace(case.study, options={"preset": "paper"})
     stages = []
     result = register(study, progress=lambda p: stages.append(p.stage))

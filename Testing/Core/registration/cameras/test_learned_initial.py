@@ -1,16 +1,15 @@
-"""What a regressor proposes is refined and judged like a search's hypotheses; auto asks it only when it may."""
+"""What a regressor proposes is refined and scored like a search's hypotheses; auto asks it only when it may."""
 
 import numpy as np
 import pytest
+from quiet_run import quiet_run
 
 from PolyPoseLib.data.found_camera import FoundCamera
-from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.registration.cameras import initial as initial
 from PolyPoseLib.registration.cameras.hypotheses import apart_mm
 from PolyPoseLib.registration.cameras.initial import initial_camera
 from PolyPoseLib.registration.cameras.search import perturbed
 from PolyPoseLib.registration.scene import anchor_points
-from PolyPoseLib.rendering.select import select_backend
 from PolyPoseLib.simulation.case_study import case_to_study
 
 
@@ -34,7 +33,7 @@ def searches(monkeypatch):
     """Searches that cost nothing and find nothing."""
     asked = []
 
-    def search(scene, xray, backend, monitor, stage):
+    def search(run, xray):
         asked.append(xray.name)
         return FoundCamera(np.eye(4), False, (2.0, 10.0), "searched", (), 0.01, 0.0)
 
@@ -42,9 +41,9 @@ def searches(monkeypatch):
     return asked
 
 
-def guess(simulated, scene, model, method="auto"):
+def found_camera(simulated, scene, model, method="auto"):
     xray = case_to_study(simulated, camera="absent").xrays[0]
-    return initial_camera(scene, xray, select_backend(), Monitor(None, None), "camera", method, model)
+    return initial_camera(quiet_run(scene), xray, method, model)
 
 
 def test_proposals_near_the_truth_lead_to_it(simulated, scene, searches):
@@ -52,12 +51,12 @@ def test_proposals_near_the_truth_lead_to_it(simulated, scene, searches):
     model = Fake([perturbed(true, scene.anchor_centre, rng) for _ in range(3)])
     points = anchor_points(scene.bodies(6.0)[scene.anchor], 200)
     assert min(apart_mm(true, camera, points) for camera in model.cameras) > 1
-    found = guess(simulated, scene, model)
+    found = found_camera(simulated, scene, model)
     assert apart_mm(true, true.with_extrinsic(found.extrinsic), points) < 1
     assert found.sure and "learned by heart" in found.how and not searches
 
 
-def test_wrong_proposals_are_doubtful_and_searched_instead(simulated, scene, searches):
+def test_wrong_proposals_are_uncertain_and_searched_instead(simulated, scene, searches):
     true = simulated.cameras[0]
     upside_down = true.extrinsic.copy()
     turn = np.diag([-1.0, 1.0, -1.0])
@@ -65,12 +64,12 @@ def test_wrong_proposals_are_doubtful_and_searched_instead(simulated, scene, sea
     middle = true.extrinsic[:3, :3] @ scene.anchor_centre + true.extrinsic[:3, 3]
     upside_down[:3, 3] = middle - upside_down[:3, :3] @ scene.anchor_centre
     model = Fake([true.with_extrinsic(upside_down)])
-    assert not guess(simulated, scene, model, "learned").sure
+    assert not found_camera(simulated, scene, model, "learned").sure
     assert not searches
-    assert not guess(simulated, scene, model).sure
+    assert not found_camera(simulated, scene, model).sure
     assert len(searches) == 1
 
 
 def test_auto_passes_over_a_model_of_other_views(simulated, scene, searches):
-    assert guess(simulated, scene, Fake([simulated.cameras[0]], covers=False)).how == "searched"
-    assert guess(simulated, scene, None).how == "searched"
+    assert found_camera(simulated, scene, Fake([simulated.cameras[0]], covers=False)).how == "searched"
+    assert found_camera(simulated, scene, None).how == "searched"

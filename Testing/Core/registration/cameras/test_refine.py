@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 from phantom_study import case
+from quiet_run import quiet_run
 
-from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.registration.cameras import refine as cameras
 from PolyPoseLib.registration.cameras.refine import anchor_region, find_camera
-from PolyPoseLib.registration.fit.levels import Level, Observation, view_at
-from PolyPoseLib.registration.fit.problem import RigidProblem, State
+from PolyPoseLib.registration.fit.levels import Level, Observation
+from PolyPoseLib.registration.fit.problem import State
+from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.fit.weighting import dilated, projection_mask
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.rendering.select import select_backend
 
 LEVELS = (Level(4.0, 24.0, 10),)
 
@@ -31,8 +31,8 @@ def test_a_camera_too_near_or_too_far_finds_its_distance(simulated, seed):
     extrinsic = true.extrinsic.copy()
     centre = extrinsic[:3, :3] @ scene.anchor_centre + extrinsic[:3, 3]
     extrinsic[:3, 3] += off * centre / np.linalg.norm(centre)
-    measured = Observation(image, np.ones(image.shape, bool), true.with_extrinsic(extrinsic))
-    found = find_camera(scene, measured, LEVELS, select_backend(), Monitor(None, None), "camera")
+    observation = Observation(image, np.ones(image.shape, bool), true.with_extrinsic(extrinsic))
+    found = find_camera(quiet_run(scene), observation, LEVELS)
     left = (found.extrinsic - true.extrinsic) @ np.r_[scene.anchor_centre, 1.0]
     assert abs(left[2]) < 0.6 * abs(off)
 
@@ -43,13 +43,11 @@ def test_at_fine_levels_moving_bones_are_masked_and_their_surroundings_where_eno
 ):
     scene = Scene(simulated.ct, simulated.structures, simulated.anchor)
     image = simulated.images[view]
-    measured = Observation(image, np.ones(image.shape, bool), simulated.cameras[view])
+    observation = Observation(image, np.ones(image.shape, bool), simulated.cameras[view])
     state = State(np.stack([np.eye(4)] * 3), np.eye(4)[None])
 
     def regions(level):
-        seen = [view_at(level, measured, scene.anchor_centre)]
-        bodies = scene.bodies(level.size_mm)
-        bones = RigidProblem(bodies, seen, [], [], scene.anchor_centre, level.size_mm, select_backend())
+        bones = LevelViews(quiet_run(scene), [observation], level).structures()
         moving, anchor = (projection_mask(bones, state, 0, which) for which in ([1, 2], [0]))
         return anchor_region(scene, bones, state, 0), moving, anchor
 

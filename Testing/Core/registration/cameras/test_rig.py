@@ -1,13 +1,13 @@
-"""Cameras of one rig keep their relative pose from the first guess to the result."""
+"""Cameras of one rig keep their relative pose from the initial camera to the result."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from quiet_run import quiet_run
 from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.data.found_camera import FoundCamera
-from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.xray import RigPose
 from PolyPoseLib.errors import InputError, UntrustedResultError
 from PolyPoseLib.geometry.camera import Camera
@@ -24,7 +24,6 @@ from PolyPoseLib.registration.cameras.rig import (
 from PolyPoseLib.registration.cameras.rig_initial import initial_rig_cameras
 from PolyPoseLib.registration.cameras.study import grouped_by_rig
 from PolyPoseLib.registration.fit.levels import Level, Observation
-from PolyPoseLib.rendering.select import select_backend
 from PolyPoseLib.simulation.case_study import case_to_study
 
 LEVELS = (Level(6.0, 40.0, 12), Level(3.0, 20.0, 12))
@@ -55,8 +54,8 @@ def relative(cameras) -> np.ndarray:
     return cameras[1].extrinsic @ np.linalg.inv(cameras[0].extrinsic)
 
 
-def measured_rig(simulated) -> list[Observation]:
-    """The X-rays with the first camera as guessed, and the second placed by the rig."""
+def observed_rig(simulated) -> list[Observation]:
+    """The X-rays with the initial first camera, and the second placed by the rig."""
     true = simulated.cameras
     blank = [
         Observation(image, np.ones(image.shape, bool), camera)
@@ -75,21 +74,21 @@ def test_relative_poses_do_not_depend_on_the_rigs_world(simulated, rig_world):
 
 @pytest.mark.parametrize("find", [find_rig, find_rig_near])
 def test_refining_keeps_the_relative_pose(simulated, scene, points, find):
-    start = measured_rig(simulated)
-    found = find(scene, start, LEVELS, select_backend(), Monitor(None, None), "rig")
+    start = observed_rig(simulated)
+    found = find(quiet_run(scene), start, LEVELS)
     cameras = [getattr(each, "camera", each) for each in found]
     np.testing.assert_allclose(relative(cameras), relative(simulated.cameras), atol=1e-9)
     for was, now, right in zip(start, cameras, simulated.cameras, strict=True):
         assert apart_mm(right, now, points) < min(2.0, apart_mm(right, was.camera, points))
 
 
-def test_the_candidate_that_explains_all_x_rays_wins(simulated, scene):
-    start = measured_rig(simulated)
+def test_the_candidate_that_agrees_with_all_x_rays_wins(simulated, scene):
+    start = observed_rig(simulated)
     poses = relative_poses([camera.extrinsic for camera in simulated.cameras])
     off = np.eye(4)
     off[:3, 3] = (25.0, -10.0, 5.0)
     candidates = [(0, simulated.cameras[0].extrinsic @ off), (1, simulated.cameras[1].extrinsic)]
-    best, cameras = best_for_rig(scene, start, poses, candidates, Level(6.0, 40.0, 0), select_backend())
+    best, cameras = best_for_rig(quiet_run(scene), start, poses, candidates, Level(6.0, 40.0, 0))
     assert best == 1
     np.testing.assert_allclose(cameras[0].extrinsic, simulated.cameras[0].extrinsic, atol=1e-9)
 
@@ -130,24 +129,24 @@ def test_two_known_cameras_stay_as_they_are_and_must_fit_their_rig(simulated, st
 def test_an_x_ray_that_shows_nothing_is_placed_by_another(simulated, scene, study, monkeypatch):
     true = simulated.cameras
 
-    def guess(scene, xray, backend, monitor, stage, method, model):
+    def find(run, xray, method, model):
         if xray.name == study.xrays[0].name:
             raise UntrustedResultError("nothing shows")
         return FoundCamera(true[1].extrinsic, True, (2, 10), "searched")
 
-    monkeypatch.setattr(rig_initial, "initial_camera", guess)
-    found = initial_rig_cameras(scene, study.xrays, select_backend(), Monitor(None, None), "rig")
+    monkeypatch.setattr(rig_initial, "initial_camera", find)
+    found = initial_rig_cameras(quiet_run(scene), study.xrays)
     np.testing.assert_allclose(found[0].extrinsic, true[0].extrinsic, atol=1e-9)
     assert "placed by the rig" in found[0].how and found[1].how == "searched"
 
 
-def test_a_rig_without_any_guess_says_why(scene, study, monkeypatch):
+def test_a_rig_without_any_initial_camera_says_why(scene, study, monkeypatch):
     def refuse(*_):
         raise UntrustedResultError("nothing shows")
 
     monkeypatch.setattr(rig_initial, "initial_camera", refuse)
     with pytest.raises(UntrustedResultError, match="nothing shows"):
-        initial_rig_cameras(scene, study.xrays, select_backend(), Monitor(None, None), "rig")
+        initial_rig_cameras(quiet_run(scene), study.xrays)
 
 
 def test_x_rays_are_grouped_in_order(study):

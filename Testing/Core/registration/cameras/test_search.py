@@ -1,21 +1,27 @@
-"""Cameras are found from a standard view or landmarks; what cannot be found is said to be doubtful."""
+"""Cameras are found from a standard view or landmarks; what cannot be found is flagged as uncertain."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from quiet_run import quiet_run
 from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.data.landmarks import Landmarks
-from PolyPoseLib.data.progress import Monitor, Progress
+from PolyPoseLib.data.progress import Progress
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.registration.cameras.hypotheses import Hypothesis, apart_mm, distinct, doubts, merged
+from PolyPoseLib.registration.cameras.hypotheses import (
+    Hypothesis,
+    apart_mm,
+    distinct,
+    merged,
+    reasons_for_uncertainty,
+)
 from PolyPoseLib.registration.cameras.initial import initial_camera, scored_camera
 from PolyPoseLib.registration.cameras.search import Density, SearchRange, Stage, find_cameras
 from PolyPoseLib.registration.fit.levels import Level, Observation
-from PolyPoseLib.rendering.select import select_backend
 from PolyPoseLib.simulation.case_study import case_to_study
 
 QUICK = (Density(10.0, 11.0, 1.2, 30),)
@@ -27,17 +33,15 @@ def xray(simulated, number, **changes) -> Xray:
     return replace(study.xrays[number], **changes)
 
 
-def test_a_camera_is_found_without_a_guess(simulated, scene, points):
+def test_a_camera_is_found_without_an_initial_one(simulated, scene, points):
     true = simulated.cameras[0]
     turned = Rotation.from_rotvec([0.2, -0.15, 0.1]).as_matrix()
     searched = replace(SearchRange.around_view("AP", 1020.0), radius_deg=25.0, depths_mm=(600.0, 900.0))
     searched = replace(searched, centres=turned @ searched.centres)
     steps: list[Progress] = []
     image = simulated.images[0]
-    measured = Observation(image, np.ones(image.shape, bool), true.with_extrinsic(np.eye(4)))
-    found = find_cameras(
-        scene, measured, searched, select_backend(), Monitor(steps.append, None), "camera", QUICK, STAGES
-    )
+    observation = Observation(image, np.ones(image.shape, bool), true.with_extrinsic(np.eye(4)))
+    found = find_cameras(quiet_run(scene, steps.append), observation, searched, QUICK, STAGES)
     assert apart_mm(true, found[0].camera, points) < 3
     assert found[0].similarity > 0.6
     shares = [step.iteration / step.of for step in steps]
@@ -46,49 +50,43 @@ def test_a_camera_is_found_without_a_guess(simulated, scene, points):
         assert all(apart_mm(one.camera, other.camera, points) > 4 for other in found[:n])
 
 
-def test_noise_is_not_believed(simulated, scene):
+def test_noise_makes_an_uncertain_camera(simulated, scene):
     rng = np.random.default_rng(0)
     image = rng.normal(size=(120, 120)).astype(np.float32)
     searched = replace(SearchRange.around_view("AP", 1020.0), radius_deg=15.0, depths_mm=(700.0, 800.0))
-    measured = Observation(image, np.ones(image.shape, bool), simulated.cameras[0])
-    found = find_cameras(
-        scene, measured, searched, select_backend(), Monitor(None, None), "camera", QUICK, STAGES
-    )
-    guess = scored_camera(found, "searched", "noise")
-    assert not guess.sure
-    assert "noise" in guess.warnings[0]
+    observation = Observation(image, np.ones(image.shape, bool), simulated.cameras[0])
+    found = find_cameras(quiet_run(scene), observation, searched, QUICK, STAGES)
+    scored = scored_camera(found, "searched", "noise")
+    assert not scored.sure
+    assert "noise" in scored.warnings[0]
 
 
 def test_landmarks_win_over_search(simulated, scene, points):
     true = simulated.cameras[1]
     some = points[:: len(points) // 8]
     landmarks = Landmarks(some, true.project(some))
-    guess = initial_camera(
-        scene, xray(simulated, 1, landmarks=landmarks), select_backend(), Monitor(None, None), "camera"
-    )
-    assert apart_mm(true, true.with_extrinsic(guess.extrinsic), points) < 3
-    assert "landmarks" in guess.how
+    found = initial_camera(quiet_run(scene), xray(simulated, 1, landmarks=landmarks))
+    assert apart_mm(true, true.with_extrinsic(found.extrinsic), points) < 3
+    assert "landmarks" in found.how
 
 
-def test_contradicting_landmarks_are_not_believed(simulated, scene, points):
+def test_contradicting_landmarks_make_an_uncertain_camera(simulated, scene, points):
     rng = np.random.default_rng(0)
     some = points[:: len(points) // 8]
     landmarks = Landmarks(some, rng.uniform(0, 119, (len(some), 2)))
     try:
-        guess = initial_camera(
-            scene, xray(simulated, 1, landmarks=landmarks), select_backend(), Monitor(None, None), "camera"
-        )
+        found = initial_camera(quiet_run(scene), xray(simulated, 1, landmarks=landmarks))
     except InputError as error:
         assert "landmarks" in str(error)
     else:
-        assert not guess.sure and "landmarks" in guess.warnings[0]
+        assert not found.sure and "landmarks" in found.warnings[0]
 
 
-def test_a_guess_in_the_study_is_taken_as_it_is(simulated, scene):
+def test_an_initial_camera_of_the_study_is_taken_as_it_is(simulated, scene):
     given = case_to_study(simulated).xrays[0]
-    guess = initial_camera(scene, given, select_backend(), Monitor(None, None), "camera")
-    assert guess.sure
-    np.testing.assert_allclose(guess.extrinsic, given.extrinsic)
+    found = initial_camera(quiet_run(scene), given)
+    assert found.sure
+    np.testing.assert_allclose(found.extrinsic, given.extrinsic)
 
 
 @pytest.mark.parametrize(
@@ -96,22 +94,23 @@ def test_a_guess_in_the_study_is_taken_as_it_is(simulated, scene):
 )
 def test_methods_that_do_not_apply_are_refused(simulated, scene, method, reason):
     with pytest.raises(InputError, match=reason):
-        initial_camera(scene, xray(simulated, 0), select_backend(), Monitor(None, None), "camera", method)
+        initial_camera(quiet_run(scene), xray(simulated, 0), method)
 
 
 def hypothesis(camera: Camera, similarity: float, share: float = 1.0, votes: int = 3) -> Hypothesis:
     return Hypothesis(camera, similarity, share, votes)
 
 
-def test_what_is_doubted(simulated):
+def test_what_makes_a_camera_uncertain(simulated):
     camera = simulated.cameras[0]
-    assert not doubts([hypothesis(camera, 0.8), hypothesis(camera, 0.3)])
-    assert "badly" in doubts([hypothesis(camera, 0.3)])[0]
+    assert not reasons_for_uncertainty([hypothesis(camera, 0.8), hypothesis(camera, 0.3)])
+    assert "does not match it well" in reasons_for_uncertainty([hypothesis(camera, 0.3)])[0]
     assert (
-        "nearly as well (0.75 against 0.80)" in doubts([hypothesis(camera, 0.8), hypothesis(camera, 0.75)])[0]
+        "nearly as well (0.75 against 0.80)"
+        in reasons_for_uncertainty([hypothesis(camera, 0.8), hypothesis(camera, 0.75)])[0]
     )
-    assert "20 %" in doubts([hypothesis(camera, 0.8, 0.2)])[0]
-    assert "one start" in doubts([hypothesis(camera, 0.5, votes=1)])[0]
+    assert "20 %" in reasons_for_uncertainty([hypothesis(camera, 0.8, 0.2)])[0]
+    assert "one start" in reasons_for_uncertainty([hypothesis(camera, 0.5, votes=1)])[0]
 
 
 def test_votes_of_the_same_camera_add_up(simulated, points):

@@ -23,14 +23,16 @@ def direct(image, mask, template, weight, row, column):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_scores_equal_their_definition(seed):
+def test_correlations_equal_their_definition(seed):
     rng = np.random.default_rng(seed)
     images, masks = rng.normal(size=(2, 20, 24)), rng.random((2, 20, 24)) > 0.1
     template, weight = rng.normal(size=(11, 11)), rng.random((11, 11))
     found = MaskedMatcher(images, masks, 5).best(template, weight, 0.3, np.array([0, 1]))
     for n in range(2):
-        score, share = direct(images[n], masks[n], template, weight, int(found.row[n]), int(found.column[n]))
-        assert found.score[n] == pytest.approx(score, abs=2e-3)
+        correlation, share = direct(
+            images[n], masks[n], template, weight, int(found.row[n]), int(found.column[n])
+        )
+        assert found.correlation[n] == pytest.approx(correlation, abs=2e-3)
         assert found.share[n] == pytest.approx(share, abs=1e-3)
 
 
@@ -46,11 +48,11 @@ def test_a_piece_of_the_image_is_found_where_it_was_cut(seed):
         template, weight, 0.3, np.array([0])
     )
     assert (int(found.row[0]), int(found.column[0])) == (row, column)
-    assert found.score[0] > 0.9
+    assert found.correlation[0] > 0.9
 
 
 def test_nothing_is_found_in_a_blocked_image():
     matcher = MaskedMatcher(np.ones((1, 20, 20)), np.zeros((1, 20, 20), bool), 3)
     found = matcher.best(np.random.default_rng(0).normal(size=(7, 7)), np.ones((7, 7)), 0.3, np.array([0]))
-    assert found.score[0] == 0
-    assert len(matcher.best(np.ones((7, 7)), np.zeros((7, 7)), 0.3, np.array([0])).score) == 1
+    assert found.correlation[0] == 0
+    assert len(matcher.best(np.ones((7, 7)), np.zeros((7, 7)), 0.3, np.array([0])).correlation) == 1

@@ -38,7 +38,7 @@ def _problem(scene: Scene, poses: np.ndarray, free_cameras=(), prior=None) -> Ri
     blank = [
         Observation(np.zeros((120, 120), np.float32), np.ones((120, 120), bool), camera) for camera in cameras
     ]
-    views = [view_at(LEVEL, measured, scene.anchor_centre) for measured in blank]
+    views = [view_at(LEVEL, each, scene.anchor_centre) for each in blank]
     backend = select_backend()
     problem = RigidProblem(
         scene.bodies(4.0), views, [1, 2], free_cameras, scene.anchor_centre, 4.0, backend, prior

@@ -17,8 +17,8 @@ def scene() -> Scene:
 
 def reasons(scene: Scene, before: float, after: float) -> str:
     seen = np.ones((3, 2), bool)
-    judged = (ViewScores([before, before], seen), ViewScores([after, after], seen))
-    return " ".join(reasons_for_distrust(scene, ["a", "b"], *judged, REST))
+    scores = (ViewScores([before, before], seen), ViewScores([after, after], seen))
+    return " ".join(reasons_for_distrust(scene, ["a", "b"], *scores, REST))
 
 
 def test_a_patient_at_rest_may_lose_a_hair_of_similarity(scene: Scene) -> None:

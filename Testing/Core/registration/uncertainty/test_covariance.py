@@ -31,7 +31,7 @@ def problem_of(scene: Scene, cameras: list[Camera], noise: float, bodies=None) -
     """Views of the bones at rest with noise in their normalised images, everywhere of equal weight."""
     rng = np.random.default_rng(4)
     blank = [Observation(np.zeros((120, 120), np.float32), np.ones((120, 120), bool), c) for c in cameras]
-    views = [view_at(LEVEL, measured, scene.anchor_centre) for measured in blank]
+    views = [view_at(LEVEL, each, scene.anchor_centre) for each in blank]
     problem = RigidProblem(
         bodies or scene.bodies(4.0), views, [1, 2], [], scene.anchor_centre, 4.0, select_backend()
     )
@@ -51,14 +51,14 @@ def test_a_view_that_shows_no_moving_bone_adds_nothing(scene: Scene) -> None:
     aside = perturbation(np.r_[np.zeros(3), 600.0, 0, 0])
     beside = [cameras[0].with_extrinsic(aside @ cameras[0].extrinsic), cameras[1]]
     both = pose_uncertainties(problem_of(scene, beside, 0.1), REST)
-    for doubt in both.values():
-        assert np.isfinite(doubt.covariance).all()
-        assert np.linalg.eigvalsh(doubt.covariance).min() > 0
+    for uncertainty in both.values():
+        assert np.isfinite(uncertainty.covariance).all()
+        assert np.linalg.eigvalsh(uncertainty.covariance).min() > 0
 
 
 def test_images_without_any_noise_leave_the_systematic_part(scene: Scene) -> None:
-    for doubt in pose_uncertainties(problem_of(scene, two_cameras(), 0.0), REST).values():
-        deviations = np.sqrt(np.diag(doubt.covariance))
+    for uncertainty in pose_uncertainties(problem_of(scene, two_cameras(), 0.0), REST).values():
+        deviations = np.sqrt(np.diag(uncertainty.covariance))
         assert np.isfinite(deviations).all() and deviations[3:].max() < 1.0
 
 
@@ -66,10 +66,10 @@ def test_images_without_any_noise_leave_the_systematic_part(scene: Scene) -> Non
 def test_a_bone_that_is_nowhere_gets_the_interval_of_an_unseen_one(scene: Scene, noise: float) -> None:
     bodies = list(scene.bodies(4.0))
     empty = bodies[2].__class__(np.zeros_like(bodies[2].voxels), bodies[2].affine, bodies[2].centre)
-    doubts = pose_uncertainties(problem_of(scene, two_cameras(), noise, [*bodies[:2], empty]), REST)
-    shifts = np.sqrt(np.diag(doubts[2].covariance))[3:]
+    uncertainties = pose_uncertainties(problem_of(scene, two_cameras(), noise, [*bodies[:2], empty]), REST)
+    shifts = np.sqrt(np.diag(uncertainties[2].covariance))[3:]
     np.testing.assert_allclose(shifts, UNSEEN_TRANSLATION_MM, rtol=0.01)
-    assert np.sqrt(np.diag(doubts[1].covariance))[3:].max() < 5
+    assert np.sqrt(np.diag(uncertainties[1].covariance))[3:].max() < 5
 
 
 @pytest.mark.parametrize("seed", range(6))

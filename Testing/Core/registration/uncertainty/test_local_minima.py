@@ -29,7 +29,7 @@ def problem_at(scene: Scene, state: State, doubles: tuple[np.ndarray, ...], seed
     rng = np.random.default_rng(seed)
     cameras = view_cameras(phantom()[0], (0.0, 60.0), 120, detector_mm=330.0)
     blank = [Observation(np.zeros((120, 120), np.float32), np.ones((120, 120), bool), c) for c in cameras]
-    views = [view_at(LEVEL, measured, scene.anchor_centre) for measured in blank]
+    views = [view_at(LEVEL, each, scene.anchor_centre) for each in blank]
     problem = RigidProblem(scene.bodies(4.0), views, [1, 2], [], scene.anchor_centre, 4.0, select_backend())
     for n, view in enumerate(views):
         image = problem.render(state, n)[0]
@@ -50,21 +50,23 @@ def moved(scene: Scene, rng: np.random.Generator) -> State:
     return State(poses, np.stack([np.eye(4)] * 2))
 
 
-def deviation(doubt: PoseUncertainty) -> float:
-    return float(np.sqrt(np.trace(doubt.covariance[3:, 3:])))
+def deviation(uncertainty: PoseUncertainty) -> float:
+    return float(np.sqrt(np.trace(uncertainty.covariance[3:, 3:])))
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_bone_that_is_seen_at_one_place_keeps_its_interval(scene: Scene, seed: int) -> None:
     state = moved(scene, np.random.default_rng(seed))
     problem = problem_at(scene, state, (), seed)
-    doubts = pose_uncertainties(problem, state)
+    uncertainties = pose_uncertainties(problem, state)
     steps = []
-    widened = widened_by_local_minima(problem, state, doubts, lambda n, total: steps.append((n, total)))
+    widened = widened_by_local_minima(
+        problem, state, uncertainties, lambda n, total: steps.append((n, total))
+    )
     assert steps == [(0, 2), (1, 2)]
-    for k, doubt in doubts.items():
-        assert np.linalg.eigvalsh(widened[k].covariance - doubt.covariance).min() >= -1e-12
-        assert deviation(widened[k]) < 1.3 * deviation(doubt)
+    for k, uncertainty in uncertainties.items():
+        assert np.linalg.eigvalsh(widened[k].covariance - uncertainty.covariance).min() >= -1e-12
+        assert deviation(widened[k]) < 1.3 * deviation(uncertainty)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -85,9 +87,9 @@ def test_a_bone_that_no_view_shows_is_left_as_it_is(scene: Scene) -> None:
     problem = problem_at(scene, state, (), 0)
     for view in problem.views:
         view.weight = np.zeros_like(view.weight)
-    doubt = PoseUncertainty.unseen()
-    widened = widened_by_local_minima(problem, state, {FEMUR: doubt}, lambda n, total: None)
-    np.testing.assert_array_equal(widened[FEMUR].covariance, doubt.covariance)
+    uncertainty = PoseUncertainty.unseen()
+    widened = widened_by_local_minima(problem, state, {FEMUR: uncertainty}, lambda n, total: None)
+    np.testing.assert_array_equal(widened[FEMUR].covariance, uncertainty.covariance)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -1,0 +1,83 @@
+"""What every step of one registration shares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+
+from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.data.progress import Monitor
+from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.rendering.backend import Backend
+
+Preview = Callable[[DisplacementField], str | None]
+"""Takes a coarse displacement field (fixed to moving) and returns the file that it was written to."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """The patient, the renderer and the monitor of one registration, with the name of the present stage.
+
+    Parameters
+    ----------
+    soft_tissue : SoftTissue
+        The scene with its smooth warp.
+    backend : Backend
+        Carries out the rays.
+    monitor : Monitor
+        Takes the progress, and raises CancelledError when the caller wants to stop.
+    stage : str
+        Name of the present stage in the progress.
+    preview : callable, optional
+        Takes coarse displacement fields while bones are fitted.
+
+    """
+
+    soft_tissue: SoftTissue
+    backend: Backend
+    monitor: Monitor
+    stage: str = "registration"
+    preview: Preview | None = None
+
+    @property
+    def scene(self) -> Scene:
+        """The CT taken apart for rendering."""
+        return self.soft_tissue.scene
+
+    def named(self, stage: str) -> Run:
+        """The same run in another stage."""
+        return replace(self, stage=stage)
+
+    def step(
+        self,
+        iteration: int,
+        of: int,
+        similarity: float | None = None,
+        field: Callable[[], DisplacementField] | None = None,
+    ) -> None:
+        """Report one iteration of the stage.
+
+        Parameters
+        ----------
+        iteration, of : int
+            How far the stage is, 0 <= iteration <= of.
+        similarity : float, optional
+            Mean over the views, in [-1, 1].
+        field : callable, optional
+            Returns the present coarse displacement field; called only when somebody wants a preview.
+
+        Raises
+        ------
+        CancelledError
+            When the caller wants to stop.
+
+        """
+        preview = self.preview
+        show = (lambda: preview(field())) if preview is not None and field is not None else None
+        self.monitor.step(self.stage, iteration, of, similarity, show)
+
+    def timed(self) -> AbstractContextManager[None]:
+        """Count the time spent inside as the stage's."""
+        return self.monitor.timed(self.stage)
