@@ -9,7 +9,7 @@ import os
 import pytest
 from hypothesis import settings
 
-settings.register_profile("seeded", derandomize=True, deadline=None, max_examples=40, database=None)
+settings.register_profile("seeded", derandomize=True, deadline=None, max_examples=25, database=None)
 settings.register_profile("explore", deadline=None, max_examples=2000)
 settings.load_profile("seeded")
 
