@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.cli._arguments import add_options, add_progress, merged_options, new_parser
 from PolyPoseLib.cli._console import progress_display
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, UntrustedResultError
 
 if TYPE_CHECKING:
     from PolyPoseLib.io.whole_files import FileClaim
@@ -50,7 +50,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Train and write the model; its checkpoint is removed when the model is written."""
+    """Train and write the model; its checkpoint is removed when the model is written and usable."""
     from PolyPoseLib.io.whole_files import claimed_file
 
     checkpoint = arguments.output.with_name(arguments.output.name + ".checkpoint")
@@ -106,11 +106,19 @@ def _train(arguments: argparse.Namespace, claim: FileClaim, checkpoint: Path) ->
     finally:
         display.close()
     save_model(model, claim)
-    checkpoint.unlink(missing_ok=True)
+    weakness = model.weakness
+    if weakness is None:
+        checkpoint.unlink(missing_ok=True)
     if arguments.progress != "json":
         print(
             f"{arguments.output}: median error {model.validation_mm:.1f} mm on renderings that it was not trained on, "
             f"after {(time.perf_counter() - began) / 60:.1f} minutes."
+        )
+    if weakness is not None:
+        raise UntrustedResultError(
+            f"{arguments.output}: the model was written, but its cameras must not be trusted: {weakness}. Train "
+            f"longer: the same command with --resume and more than --minutes {arguments.minutes:g} continues from the "
+            'checkpoint beside it; or give every X-ray its "standard_view", so that the model has less to learn.'
         )
     return 0
 

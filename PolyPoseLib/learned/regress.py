@@ -57,6 +57,8 @@ class CameraRegressor:
         self.centre = torch.as_tensor(anchor_centre, dtype=torch.float64)
         self.rotations = torch.as_tensor(model.views.centres, dtype=torch.float64)
         self.how = f"learned ({model.validation_mm:.0f} mm in its validation)"
+        weakness = model.weakness
+        self.warnings = () if weakness is None else (f"The camera model was trained too little: {weakness}.",)
 
     @classmethod
     def of(cls, model: CameraModel, ct: Volume, structures: Structures, anchor: str) -> CameraRegressor:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -57,6 +57,11 @@ class Regressor(Protocol):
     @property
     def how(self) -> str:
         """What it is, for people."""
+        ...
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to know about all cameras that it proposes."""
         ...
 
     def covers(self, xray: Xray) -> bool:
@@ -146,7 +151,8 @@ def learned_camera(run: Run, xray: Xray, model: Regressor) -> FoundCamera:
     rng = np.random.default_rng(0)
     starts += [perturbed(starts[0], run.scene.anchor_centre, rng) for _ in range(LEARNED_COPIES)]
     observation = Observation(xray.image, xray.mask, starts[0])
-    return scored_camera(refine_cameras(run, observation, starts), model.how, xray.name)
+    scored = scored_camera(refine_cameras(run, observation, starts), model.how, xray.name)
+    return replace(scored, warnings=(*model.warnings, *scored.warnings))
 
 
 def landmark_camera(run: Run, xray: Xray, landmarks: Landmarks) -> FoundCamera:

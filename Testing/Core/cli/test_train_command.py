@@ -1,5 +1,6 @@
 """The subcommand train, and cameras with --method learned, from files to files."""
 
+import dataclasses
 import json
 import sys
 
@@ -14,6 +15,8 @@ from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.io.camera_models import load_model
 from PolyPoseLib.io.volumes import write_volume
 from PolyPoseLib.learned import training
+from PolyPoseLib.learned.camera_model import USABLE_MM
+from PolyPoseLib.learned.regress import CameraRegressor
 from PolyPoseLib.registration.cameras import initial as initial
 
 pytest.importorskip("monai", reason="learned cameras need MONAI")
@@ -68,10 +71,10 @@ def small():
 
 @pytest.fixture(scope="module")
 def trained(small, tmp_path_factory):
-    """A model that the subcommand trained, and what the folder holds afterwards."""
+    """A model that the subcommand trained far too little, and what the folder holds afterwards."""
     study = write_study(tmp_path_factory.mktemp("trained"))
     path = study.with_name("model.pt")
-    assert run("train", study, "--output", str(path), "--minutes", "0.02") == 0
+    assert run("train", study, "--output", str(path), "--minutes", "0.02") == 3
     return path, sorted(each.name for each in study.parent.iterdir())
 
 
@@ -90,7 +93,56 @@ def test_train_writes_a_model_of_the_studys_views(trained):
     path, files = trained
     read = load_model(path)
     assert read.views.views == ("AP",) and read.detector.half_tangent == pytest.approx(0.15)
-    assert files == ["ap.nii.gz", "ct.nii.gz", "labels.nii.gz", "model.pt", "study.json"]
+    assert files == [
+        "ap.nii.gz",
+        "ct.nii.gz",
+        "labels.nii.gz",
+        "model.pt",
+        "model.pt.checkpoint",
+        "study.json",
+    ]
+
+
+@pytest.mark.parametrize(("error_mm", "status"), [(USABLE_MM, 0), (USABLE_MM + 1, 3), (88.0, 3)])
+def test_a_model_that_is_far_off_is_written_but_not_trusted(study, monkeypatch, capsys, error_mm, status):
+    def validated(trainer):
+        trainer.last_mm = error_mm
+        return error_mm
+
+    monkeypatch.setattr(training.Trainer, "validation_mm", validated)
+    path = study.with_name("model.pt")
+    assert run("train", study, "--output", str(path), "--minutes", "0.001") == status
+    assert load_model(path).validation_mm == error_mm
+    said = capsys.readouterr()
+    assert f"{error_mm:.1f} mm" in said.out
+    assert (f"median error on renderings that it was not trained on is {error_mm:.0f} mm" in said.err) == (
+        status == 3
+    )
+    assert ("--resume" in said.err) == path.with_name("model.pt.checkpoint").exists() == (status == 3)
+
+
+def test_resuming_a_model_that_is_far_off_makes_it_better(study, monkeypatch, capsys):
+    errors = iter([88.0, 9.0])
+
+    def validated(trainer):
+        trainer.last_mm = next(errors)
+        return trainer.last_mm
+
+    monkeypatch.setattr(training.Trainer, "validation_mm", validated)
+    path = study.with_name("model.pt")
+    assert run("train", study, "--output", str(path), "--minutes", "0.001") == 3
+    assert run("train", study, "--output", str(path), "--minutes", "0.1", "--resume") == 0
+    assert load_model(path).validation_mm == 9.0
+    assert not path.with_name("model.pt.checkpoint").exists()
+
+
+def test_cameras_by_a_model_that_is_far_off_come_with_a_warning(study, model, monkeypatch):
+    ct, structures = learned_phantom.phantom()
+    weak = load_model(model)
+    (warning,) = CameraRegressor.of(weak, ct, structures, "pelvis").warnings
+    assert warning.startswith("The camera model was trained too little")
+    good = dataclasses.replace(weak, validation_mm=USABLE_MM)
+    assert CameraRegressor.of(good, ct, structures, "pelvis").warnings == ()
 
 
 def test_train_refuses_what_could_not_be_written(study, model, capsys):

@@ -17,6 +17,7 @@ class Fake:
     """Proposes what it is told."""
 
     how = "learned by heart"
+    warnings = ("It was trained too little.",)
 
     def __init__(self, cameras, covers=True):
         self.cameras, self.covered = cameras, covers
@@ -54,6 +55,7 @@ def test_proposals_near_the_truth_lead_to_it(simulated, scene, searches):
     found = found_camera(simulated, scene, model)
     assert apart_mm(true, true.with_extrinsic(found.extrinsic), points) < 1
     assert found.sure and "learned by heart" in found.how and not searches
+    assert found.warnings == Fake.warnings
 
 
 def test_wrong_proposals_are_uncertain_and_searched_instead(simulated, scene, searches):
