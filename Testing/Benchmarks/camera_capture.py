@@ -23,8 +23,10 @@ from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.evaluation.metrics import projection_error_mm
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.io.truths import load_truth
+from PolyPoseLib.registration.cameras.coarse_search import compared_points
 from PolyPoseLib.registration.cameras.initial import learned_camera
-from PolyPoseLib.registration.cameras.search import compared_points
+from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
+from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.select import select_backend
 
@@ -65,14 +67,14 @@ def main() -> None:
     cameras = load_truth(arguments.case / "truth").cameras
     scene = Scene(study.ct, study.structures, study.anchor)
     points = np.asarray(compared_points(scene))
-    backend = select_backend()
+    run = Run(SoftTissue(scene), select_backend(), Monitor(None, None), "camera")
     rng = np.random.default_rng(arguments.seed)
     for distance in DISTANCES_MM:
         found = unnoticed = 0
         for n in range(arguments.starts):
             true, xray = cameras[n % len(cameras)], study.xrays[n % len(cameras)]
             start = camera_at(true, scene.anchor_centre, points, distance, rng)
-            answer = learned_camera(scene, xray, Proposal(start), backend, Monitor(None, None), "camera")
+            answer = learned_camera(run, xray, Proposal(start))
             error = projection_error_mm(points, true, true.with_extrinsic(answer.extrinsic)).mean()
             found += error < FOUND_MM
             unnoticed += error >= FOUND_MM and answer.sure
