@@ -73,12 +73,12 @@ def score_result(result: Result, truth: Truth, stands_for: Mapping[str, str] | N
     missing = [name for name in names.values() if name not in result.structures]
     if missing:
         raise InputError(
-            f"The result has no structure {missing[0]!r}: score it against the truth of its own study."
+            f"The result has no structure {missing[0]!r}: score it against the truth of the same study."
         )
     if len(result.cameras) != len(truth.cameras):
         raise InputError(
             f"The result has {len(result.cameras)} cameras and the truth {len(truth.cameras)}: "
-            "score it against the truth of its own study."
+            "score it against the truth of the same study."
         )
     poses = {name: result.structures[found].fixed_to_moving for name, found in names.items()}
     table = score_motion(poses, result.transform, truth)
@@ -116,7 +116,7 @@ def _is_whole(uncertainty: Mapping[str, Any], name: str) -> bool:
         except (TypeError, ValueError, OverflowError):
             numbers = None
         if numbers is None or numbers.shape != shape:
-            raise InputError(f'{where} lacks "{part}", or has it in a form of its own: register again.')
+            raise InputError(f'{where} lacks "{part}", or has it in another form: register again.')
         finite &= bool(np.isfinite(numbers).all())
         if part in INTERVALS and not (numbers[np.isfinite(numbers)] > 0).all():
             raise InputError(f'{where} has an interval "{part}" that is not above 0: register again.')

@@ -22,7 +22,7 @@ FOCAL_RANGE_PX = (0.01, 1e9)
 """Focal lengths of intrinsics: detectors have some thousands of pixels, and beyond it the arithmetic overflows."""
 
 MAX_OFFSET_PX = 1e9
-"""Largest skew and principal point of intrinsics, either way."""
+"""Largest absolute skew and principal point of intrinsics."""
 
 REVIEW_PIXELS = 200
 """Longer side of an image at review size: small enough to be rendered while a slider moves."""

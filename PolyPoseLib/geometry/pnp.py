@@ -256,11 +256,11 @@ def _errors_mm(camera: Camera, points: np.ndarray, pixels: np.ndarray) -> np.nda
 def _other_minimum(
     camera: Camera, fits: list[tuple[float, np.ndarray]], points: np.ndarray, pixels: np.ndarray
 ) -> float | None:
-    """Smallest root mean square error (mm) of fits that are turned by more than 5 degrees."""
+    """Smallest root mean square error (mm) of fits that are rotated by more than 5 degrees."""
     others = []
     for _, extrinsic in fits:
-        turned = Rotation.from_matrix(extrinsic[:3, :3] @ camera.extrinsic[:3, :3].T).magnitude()
-        if turned > np.radians(5):
+        rotation_angle = Rotation.from_matrix(extrinsic[:3, :3] @ camera.extrinsic[:3, :3].T).magnitude()
+        if rotation_angle > np.radians(5):
             errors = _errors_mm(camera.with_extrinsic(extrinsic), points, pixels)
             others.append(float(np.sqrt((errors**2).mean())))
     return min(others) if others else None

@@ -19,7 +19,7 @@ STANDARD_VIEWS: dict[str, float] = {
 }
 """Primary angle in degrees (positive toward LAO) that puts the receptor where the name says.
 
-AP: source in front, receptor behind the patient; PA: the other way round; LL and RL: left or right side at the
+AP: source in front, receptor behind the patient; PA: the reverse; LL and RL: left or right side at the
 receptor; LAO, RAO, LPO, RPO: left or right front or back at the receptor (DICOM View Position (0018,5101)).
 """
 

@@ -66,7 +66,7 @@ class VirtualDetector:
     def resampled(
         self, image: np.ndarray, mask: np.ndarray, intrinsics: np.ndarray, rotation: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """An X-ray (H, W) of intrinsics (3, 3) as the virtual detector sees it, turned as in :meth:`turned`.
+        """An X-ray (H, W) of intrinsics (3, 3) as the virtual detector sees it, rotated as in :meth:`rotated`.
 
         Pixels are averaged before they are interpolated; those outside the X-ray are not in the mask.
         """
@@ -77,8 +77,8 @@ class VirtualDetector:
         back = np.eye(3) if rotation is None else rotation.T
         return _sampled(image, mask, camera.intrinsics @ back @ np.linalg.inv(self.intrinsics), self.side)
 
-    def turned(self, image: np.ndarray, rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What its image (side, side) becomes when the camera turns about its source, and where that is known.
+    def rotated(self, image: np.ndarray, rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What an image (side, side) becomes when the camera rotates about its source, and where that is known.
 
         ``rotation`` (3, 3) is applied to the camera's coordinates, so that the new extrinsic is rotation @ old. It is
         exact: rays from one point only change their pixels (Hartley and Zisserman, Multiple View Geometry, 8.4).

@@ -98,7 +98,7 @@ class Sampler:
             if copy:
                 vector = rng.uniform(-1, 1, 3) * COPY_ROTATION_RAD
                 turn[:3, :3] = Rotation.from_rotvec(vector).as_matrix()
-                image, mask = self.detector.turned(clean, turn[:3, :3])
+                image, mask = self.detector.rotated(clean, turn[:3, :3])
             image, mask = randomised(image, mask, rng)
             seen = network_input(image, mask, self.detector, self.views.distance_mm)
             yield seen, turn @ extrinsic, view

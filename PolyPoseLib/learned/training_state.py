@@ -21,14 +21,24 @@ WEIGHT_DECAY = 1e-4
 
 @dataclass
 class TrainingState:
-    """network, average, optimizer: what is trained; step: done so far; earlier_seconds: used before a resumption.
+    """The network, its optimizer and how far the training is.
 
     Attributes
     ----------
-    best_mm, best : float
-        Smallest validation error and the averaged weights that gave it; fruitless: validations since.
+    network, average, optimizer
+        The network, the running average of its weights, and its optimizer.
+    step : int
+        Steps done so far.
+    earlier_seconds : float
+        Time used before a resumption.
+    best_mm, best
+        Smallest validation error, and the averaged weights that gave it.
+    stagnant : int
+        Validations since then.
     bfloat16 : bool, optional
-        Whether the network computes in that precision, None until it was tried.
+        Whether the network computes in that precision; None until it was tried.
+    began : float
+        When this run began, by the monotonic clock.
 
     """
 
@@ -69,7 +79,7 @@ class TrainingState:
             self.stagnant += 1
 
     def checkpoint(self, identity: dict[str, Any]) -> dict[str, Any]:
-        """Plain values and tensors to go on from; ``identity`` tells which training they belong to."""
+        """Plain values and tensors to go on from; `identity` says which training they belong to."""
         return {
             "identity": identity,
             "network": self.network.state_dict(),

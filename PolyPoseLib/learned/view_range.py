@@ -87,10 +87,10 @@ class ViewRange:
         The angle is uniform, its axis is, and the offset fills its ball evenly.
         """
         view = int(rng.integers(len(self.views)))
-        axis, way = rng.normal(size=(2, 3))
+        axis, direction = rng.normal(size=(2, 3))
         angle = np.radians(rng.uniform(0, self.angle_deg))
         turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix()
-        offset = self.offset_mm * np.cbrt(rng.uniform()) * way / np.linalg.norm(way)
+        offset = self.offset_mm * np.cbrt(rng.uniform()) * direction / np.linalg.norm(direction)
         distance = self.distance_mm * rng.uniform(1 - self.zoom, 1 + self.zoom)
         extrinsic = np.eye(4)
         extrinsic[:3, :3] = turn @ _rotation(self.views[view])

@@ -154,10 +154,10 @@ def depth_ranges(centres, half_edges, source, to_pixels, near, far):
     farthest_around = 0.0
     half = np.abs(to_pixels) @ half_edges
     for block in range(len(centres)):
-        way = centres[block] - source
-        across = to_pixels[0, 0] * way[0] + to_pixels[0, 1] * way[1] + to_pixels[0, 2] * way[2]
-        down = to_pixels[1, 0] * way[0] + to_pixels[1, 1] * way[1] + to_pixels[1, 2] * way[2]
-        depth = to_pixels[2, 0] * way[0] + to_pixels[2, 1] * way[1] + to_pixels[2, 2] * way[2]
+        offset = centres[block] - source
+        across = to_pixels[0, 0] * offset[0] + to_pixels[0, 1] * offset[1] + to_pixels[0, 2] * offset[2]
+        down = to_pixels[1, 0] * offset[0] + to_pixels[1, 1] * offset[1] + to_pixels[1, 2] * offset[2]
+        depth = to_pixels[2, 0] * offset[0] + to_pixels[2, 1] * offset[1] + to_pixels[2, 2] * offset[2]
         nearest, farthest = depth - half[2], depth + half[2]
         if nearest <= _SURROUNDS * farthest:  # around the source, where every ray may meet it, or behind it
             farthest_around = max(farthest_around, farthest)

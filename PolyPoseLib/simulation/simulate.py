@@ -298,8 +298,8 @@ def perturbed_camera(
     camera: Camera, centre: np.ndarray, rng: np.random.Generator, rotation_deg: float, translation_mm: float
 ) -> Camera:
     """The camera rotated by rotation_deg about a random axis through centre and shifted by translation_mm."""
-    axis, way = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
-    error = rigid_about(np.asarray(centre), np.radians(rotation_deg) * axis, translation_mm * way)
+    axis, direction = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
+    error = rigid_about(np.asarray(centre), np.radians(rotation_deg) * axis, translation_mm * direction)
     return camera.with_extrinsic(camera.extrinsic @ error)
 
 

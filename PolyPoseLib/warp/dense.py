@@ -1,4 +1,4 @@
-"""Warps on whole grids: displacement fields, their inverse and Jacobian, warped volumes and label maps.
+"""Warps on whole grids: displacement fields and their Jacobian, warped volumes and label maps.
 
 Everything here takes and gives numpy arrays and works slab by slab, so that temporary memory stays small
 whatever the size of the CT. Only displacement_field needs torch, and gets it from the warp.
@@ -7,7 +7,6 @@ whatever the size of the CT. Only displacement_field needs torch, and gets it fr
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from types import ModuleType
 from typing import TYPE_CHECKING, Literal
 
@@ -77,116 +76,12 @@ def displacement_field(
         for start in range(0, len(flat), POINTS_PER_CHUNK):
             stop = min(start + POINTS_PER_CHUNK, len(flat))
             if fused is not None:
-                flat[start:stop] = fused(_flat_points(affine, shape, start, stop))
+                flat[start:stop] = fused(flat_points(affine, shape, start, stop))
                 continue
-            points = torch.from_numpy(np.ascontiguousarray(_flat_points(affine, shape, start, stop))).to(
-                dtype
-            )
+            points = torch.from_numpy(np.ascontiguousarray(flat_points(affine, shape, start, stop))).to(dtype)
             moved = warp(points)
             flat[start:stop] = (moved - points.to(moved.device)).cpu().numpy()
     return DisplacementField(vectors, affine)
-
-
-@dataclass(frozen=True)
-class InverseField:
-    """An inverse field and how well it inverts.
-
-    Attributes
-    ----------
-    field : DisplacementField
-        Moving to fixed.
-    residual_mm : (k, j, i) array of float32
-        Distance of warp(inverse(y)) from y at its nodes.
-
-    """
-
-    field: DisplacementField
-    residual_mm: np.ndarray
-
-    @property
-    def largest_residual_mm(self) -> float:
-        """Largest residual over all nodes in mm."""
-        return float(self.residual_mm.max())
-
-
-def invert_field(
-    field: DisplacementField,
-    affine: np.ndarray | None = None,
-    shape: tuple[int, int, int] | None = None,
-    tolerance_mm: float = 1e-3,
-    iterations: int = 100,
-) -> InverseField:
-    """Inverse of a displacement field by fixed-point iteration.
-
-    At every node y, v <- v - s (v + u(y + v)), starting from v = -u(y), until the residual |v + u(y + v)| is
-    below tolerance_mm. The step s starts at 1 and is halved at nodes whose residual grew, so that the
-    iteration also converges where the field stretches a lot.
-
-    Parameters
-    ----------
-    field : DisplacementField
-        u, fixed to moving.
-    affine : (4, 4) array, optional
-        Grid of the inverse in the moving frame; None takes the field's own.
-    shape : tuple[int, int, int], optional
-        Its nodes (k, j, i); needed with affine.
-    tolerance_mm : float
-        Residual at which a node is done.
-    iterations : int
-        At most so many.
-
-    Returns
-    -------
-    InverseField
-        The inverse and the residual at every node. Where a field folds, or beyond what it covers, there is no
-        inverse and the residual says so.
-
-    Raises
-    ------
-    InputError
-        Only one of affine and shape, or an affine that is not a grid.
-
-    References
-    ----------
-    M. Chen et al., "A simple fixed-point approach to invert a deformation field", Medical Physics 2008.
-
-    """
-    if (affine is None) != (shape is None):
-        raise InputError("The grid of an inverse field needs both affine and shape.")
-    affine = field.affine if affine is None else np.asarray(affine, dtype=np.float64)
-    shape = field.shape if shape is None else shape
-    require_grid(affine, "the inverse field's grid")
-    vectors = np.empty((*shape, 3), dtype=np.float32)
-    residual = np.empty(shape, dtype=np.float32)
-    flat_vectors, flat_residual = vectors.reshape(-1, 3), residual.reshape(-1)
-    for start in range(0, flat_residual.size, VOXELS_PER_SLAB // 4):
-        part = slice(start, min(start + VOXELS_PER_SLAB // 4, flat_residual.size))
-        points = _flat_points(affine, shape, part.start, part.stop)
-        flat_vectors[part], flat_residual[part] = _invert_at(field, points, tolerance_mm, iterations)
-    return InverseField(DisplacementField(vectors, affine), residual)
-
-
-def _invert_at(
-    field: DisplacementField, points: np.ndarray, tolerance_mm: float, iterations: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Inverse displacements (N, 3) at moving points (N, 3), and their residuals (N,) in mm."""
-    inverse = -field.sample(points)
-    kept, error = inverse.copy(), np.zeros_like(inverse)
-    best = np.full(len(points), np.inf)
-    step = np.ones(len(points))
-    active = np.arange(len(points))
-    for _ in range(iterations):
-        offset = inverse[active] + field.sample(points[active] + inverse[active])
-        size = np.linalg.norm(offset, axis=1)
-        better = size < best[active]
-        step[active[~better]] *= 0.5
-        improved = active[better]
-        best[improved], kept[improved], error[improved] = size[better], inverse[improved], offset[better]
-        active = active[(best[active] > tolerance_mm) & (step[active] > 1e-3)]
-        if not len(active):
-            break
-        inverse[active] = kept[active] - step[active, None] * error[active]
-    return kept, best
 
 
 def jacobian_determinant(field: DisplacementField) -> np.ndarray:
@@ -404,7 +299,7 @@ def _upsample(field: DisplacementField, affine: np.ndarray, shape: tuple[int, in
         count = int(np.prod(shape))
         out = np.empty((count, 3), dtype=np.float32)
         for start in range(0, count, POINTS_PER_CHUNK):
-            index = _flat_points(to_index, shape, start, min(start + POINTS_PER_CHUNK, count))
+            index = flat_points(to_index, shape, start, min(start + POINTS_PER_CHUNK, count))
             out[start : start + len(index)] = trilinear(field.vectors, index)
         return out.reshape(*shape, 3)
     # Parallel axes: trilinear interpolation is one linear interpolation after another along each axis.
@@ -439,7 +334,7 @@ def _slabs(shape: tuple[int, int, int], voxels: int | None = None) -> Iterator[s
         yield slice(start, min(start + thickness, shape[0]))
 
 
-def _flat_points(affine: np.ndarray, shape: tuple[int, int, int], start: int, stop: int) -> np.ndarray:
+def flat_points(affine: np.ndarray, shape: tuple[int, int, int], start: int, stop: int) -> np.ndarray:
     """LPS mm (N, 3) of the nodes start..stop of a grid in the order in which numpy lays out (k, j, i)."""
     rows, within = shape[1] * shape[2], affine.copy()
     first, last = start // rows, -(-stop // rows)

@@ -62,14 +62,14 @@ def displace(points, maps, to_grid, spacing, share, form, constant, travel, pose
             distance = _distance(maps[k], i, j, h, spacing)
             weight = raw_weight(form, share[k], distance, constant)
             total += weight
-            turned = weight * reach2 / (reach2 + distance * distance)
-            shifted = weight - turned
-            wx += turned * logs[k, 0]
-            wy += turned * logs[k, 1]
-            wz += turned * logs[k, 2]
-            ux += turned * logs[k, 3] + shifted * shifts[k, 0]
-            uy += turned * logs[k, 4] + shifted * shifts[k, 1]
-            uz += turned * logs[k, 5] + shifted * shifts[k, 2]
+            rotating = weight * reach2 / (reach2 + distance * distance)
+            shifted = weight - rotating
+            wx += rotating * logs[k, 0]
+            wy += rotating * logs[k, 1]
+            wz += rotating * logs[k, 2]
+            ux += rotating * logs[k, 3] + shifted * shifts[k, 0]
+            uy += rotating * logs[k, 4] + shifted * shifts[k, 1]
+            uz += rotating * logs[k, 5] + shifted * shifts[k, 2]
         scale = _float(1) / total
         wx, wy, wz, ux, uy, uz = wx * scale, wy * scale, wz * scale, ux * scale, uy * scale, uz * scale
         # exp(V) x - x, as in PolyPoseLib.warp.polyrigid.apply_exp.

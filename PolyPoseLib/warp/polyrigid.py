@@ -155,7 +155,7 @@ class PolyrigidWarp:
         if self.largest_rotation_deg > MAX_ROTATION_DEG:
             raise InputError(
                 f"A structure is rotated by {self.largest_rotation_deg:.1f} degrees against the anchor; "
-                f"above {MAX_ROTATION_DEG:g} a warp cannot tell which way it turned: check the cameras."
+                f"above {MAX_ROTATION_DEG:g} the direction of the rotation is ambiguous: check the cameras."
             )
 
     @property
@@ -264,9 +264,9 @@ class PolyrigidWarp:
         logs = self.logs.to(weight)
         if self.rotation_falloff is None:
             return weight.T @ logs
-        turned = weight / (1 + (distance / self.rotation_falloff.reach_mm) ** 2)
-        shift = (weight - turned).T @ self.shifts.to(weight)
-        return turned.T @ logs + torch.nn.functional.pad(shift, (3, 0))
+        rotating = weight / (1 + (distance / self.rotation_falloff.reach_mm) ** 2)
+        shift = (weight - rotating).T @ self.shifts.to(weight)
+        return rotating.T @ logs + torch.nn.functional.pad(shift, (3, 0))
 
     def _detached(self) -> PolyrigidWarp:
         """The same warp without the poses' gradients."""

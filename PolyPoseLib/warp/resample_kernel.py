@@ -115,7 +115,7 @@ def _mean(vectors, n, a, at, fx, b, bt, fy, c, ct, fz):
 
 @numba.njit
 def _cell(place, size):
-    """The two neighbours of a place along an axis, clamped to it, and how far it is on the way to the second."""
+    """The two neighbours of a place along an axis, clamped to it, and its fraction of the distance to the second."""
     place = min(max(place, 0.0), size - 1.0)
     low = min(int(place), max(size - 2, 0))
     return low, min(low + 1, size - 1), place - low

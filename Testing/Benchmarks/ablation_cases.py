@@ -99,8 +99,8 @@ class Point:
     changes: Mapping[str, object]
 
 
-ENDLESS_MM = 1e6
-"""A reach that lets bones turn all tissue, as the plain polyrigid model does."""
+INFINITE_REACH_MM = 1e6
+"""A reach at which bones rotate all tissue, as in the plain polyrigid model."""
 
 # In words, the option "weights", the option "weight_frame".
 WEIGHTS = (
@@ -113,7 +113,7 @@ WEIGHTS = (
 
 TITLES = {
     "weights": "Weight functions",
-    "turning": "Distance at which tissue takes half of a bone's rotation, mm",
+    "rotation_falloff": "Distance at which tissue takes half of a bone's rotation, mm",
     "structures": "Number of structures",
     "erosion": "Erosion of the labels, mm",
     "views": f"Number of views over {VIEWS_ARC_DEG:g} degrees",
@@ -130,10 +130,10 @@ def points(study: str, anatomy: str, weight_presets: Sequence[str]) -> list[Poin
             Point(f"{preset}: {words}", n, {"preset": preset, **_weights(preset, form, frame)})
             for n, (preset, words, form, frame) in enumerate(rows)
         ]
-    if study == "turning":
+    if study == "rotation_falloff":
         own = PRESETS["default"].rotation_reach_mm
         reaches = [(f"{reach:g} mm", reach) for reach in (10.0, 20.0, 40.0, 80.0)] + [
-            ("all tissue", ENDLESS_MM)
+            ("all tissue", INFINITE_REACH_MM)
         ]
         return [
             Point(words, n, {"rotation_reach_mm": None if reach == own else reach})

@@ -26,7 +26,7 @@ NOTES = {
         "share of the volume, d its distance in mm, measured at the X-rays' posture (fixed) or carried along by the "
         "bone (moving)."
     ),
-    "turning": (
+    "rotation_falloff": (
         "Further off, tissue takes the displacement of the bone's centroid without its rotation. The truth's law is "
         "another one (Laplace's equation)."
     ),
@@ -142,7 +142,7 @@ def _panel(axis: Axes, study: str, groups: list[tuple[Point, list[dict]]]) -> No
     axis.set_ylabel("mm", fontsize=8)
     if study in LOGARITHMIC:
         axis.set_xscale("log")
-    elif study == "turning":
+    elif study == "rotation_falloff":
         axis.set_xticks(place, [point.label for point, _ in groups])
     else:
         axis.set_xticks(place)

@@ -1,4 +1,4 @@
-"""Ablations: what the weight function, the turning of tissue with bones, the number of structures, labels that are too
+"""Ablations: what the weight function, the rotation of tissue with bones, the number of structures, labels that are too
 small, the number of views, the angle between them and noise do to the result.
 
 Each study changes one setting of the usual case, two views of the pelvis 30 degrees apart with an independent truth
@@ -8,7 +8,7 @@ own process.
     python Testing/Benchmarks/ablations.py
     python Testing/Benchmarks/ablations.py --studies views angle --anatomy pelvis chest --seeds 0 1 2 3 4
 
-Rows that are in the results file already are not run again unless --again is given; --list tells what is missing.
+Rows that are in the results file already are not run again unless --again is given; --list prints what is missing.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--name", default="ablations", help="of the results' files")
     parser.add_argument("--again", action="store_true", help="run rows again that are there already")
     parser.add_argument("--at-most", type=int, metavar="N", help="stop after so many registrations")
-    parser.add_argument("--list", action="store_true", help="tell what would be run, and stop")
+    parser.add_argument("--list", action="store_true", help="print what would be run, and stop")
     return parser.parse_args()
 
 

@@ -38,8 +38,8 @@ from PolyPoseLib.io.truths import load_truth
 from PolyPoseLib.simulation.simulate import SimulationOptions
 
 MODES = ("still", "rigid", "paper", "paper_true_cameras", "default", "fast")
-"""still: nothing done; rigid: all bones but the anchor as one body; paper_true_cameras: the preset paper, spared the
-search for cameras; the others are presets."""
+"""still: nothing done; rigid: all bones but the anchor as one body; paper_true_cameras: the preset paper, given the
+true cameras; the others are presets."""
 
 LAWS = {"harmonic": "Laplace's equation", "elastic": "linear elasticity with a free skin"}
 """Laws of the truths' soft tissue."""

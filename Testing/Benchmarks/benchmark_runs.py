@@ -1,4 +1,4 @@
-"""Registrations as processes of their own, the way a user runs them, so that seconds and memory are their own."""
+"""Registrations as separate processes, as a user runs them, so that seconds and memory are measured separately."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def register_command(
 def run_measured(command: list[str], log: Path, limit: float) -> dict:
     """Run a command; its exit status, wall seconds, processor seconds of all threads, and peak resident memory.
 
-    On a machine that is busy otherwise the processor's seconds tell more than those on the wall.
+    On a busy machine CPU seconds are more meaningful than wall-clock seconds.
     """
     start, before = time.perf_counter(), os.times()
     with log.open("w") as stream:

@@ -99,7 +99,7 @@ def calibration(rows: list[dict]) -> str:
 
 
 def measured_on(found: dict[str, str]) -> str:
-    """The section that tells the machine, the versions and the date."""
+    """The section with the machine, the versions and the date."""
     return "## Measured on\n\n" + "\n".join(f"- {name}: {value}" for name, value in found.items()) + "\n"
 
 

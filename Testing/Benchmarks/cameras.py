@@ -1,6 +1,6 @@
 """How often a camera is found from nothing: random views around standard views of public CTs.
 
-Every view is turned by up to 45 degrees from a named standard view about a random axis, the anchor's centre lies up to
+Every view is rotated by up to 45 degrees from a named standard view about a random axis, the anchor's centre lies up to
 100 mm from the middle of the beam, and the distance varies by 20 %. The other bones are moved about their joints, soft
 tissue follows Laplace's equation, ITK-RTK renders, and a detector model adds noise, scatter, saturation and rounding.
 A camera counts as found when, after the usual refinement, it projects the anchor within 2 mm on average, measured in
@@ -77,7 +77,9 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--anatomy", nargs="+", choices=tuple(STRUCTURES), default=list(STRUCTURES))
     parser.add_argument("--views", type=int, default=200, help="of every CT")
     parser.add_argument("--pixels", type=int, default=400, help="rows and columns of an X-ray of 430 mm")
-    parser.add_argument("--unnamed", dest="named", action="store_false", help="do not tell the standard view")
+    parser.add_argument(
+        "--unnamed", dest="named", action="store_false", help="do not state the standard view"
+    )
     parser.add_argument("--threads", type=int, help="of the search (default: all)")
     parser.add_argument("--output", type=Path, default=RESULTS, help="folder of the results")
     parser.add_argument("--name", default="cameras", help="of the results file")
@@ -86,9 +88,9 @@ def parse_arguments() -> argparse.Namespace:
 
 def random_camera(rng: np.random.Generator, centre: np.ndarray, view: str, pixels: int) -> Camera:
     """A camera around a standard view of a point ``centre`` (3,) LPS mm."""
-    axis, way = rng.normal(size=(2, 3))
+    axis, direction = rng.normal(size=(2, 3))
     turn = Rotation.from_rotvec(np.radians(rng.uniform(0, 45)) * axis / np.linalg.norm(axis))
-    offset = 100 * np.cbrt(rng.uniform()) * way / np.linalg.norm(way)
+    offset = 100 * np.cbrt(rng.uniform()) * direction / np.linalg.norm(direction)
     extrinsic = np.eye(4)
     extrinsic[:3, :3] = turn.as_matrix() @ standard_view_rotation(view)
     distance = SOURCE_TO_ANCHOR_MM * rng.uniform(0.8, 1.2)
@@ -166,7 +168,7 @@ def find(
     return {
         "sure": found.sure,
         "error_mm": after,
-        "guess_mm": before,
+        "initial_mm": before,
         "seconds": time.perf_counter() - start,
         "cpu_seconds": time.process_time() - used,
         "similarity": found.similarity,

@@ -132,8 +132,8 @@ def _draw(
             aspect=ct.spacing[2] / ct.spacing[0],
             interpolation="bilinear",
         )
-        told = "" if name == "CT" else f"\nbone where none is: {ghosts[name]:.2f} ml"
-        axis.set_title(name + told, fontsize=10)
+        caption = "" if name == "CT" else f"\nbone where none is: {ghosts[name]:.2f} ml"
+        axis.set_title(name + caption, fontsize=10)
         axis.set_axis_off()
     figure.savefig(path, dpi=100)
 

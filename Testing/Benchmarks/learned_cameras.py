@@ -1,9 +1,9 @@
-"""Learned first cameras against those of the search, both before and after the same refinement.
+"""Learned initial cameras against those of the search, both before and after the same refinement.
 
 Test views as in cameras.py, around one standard view: independent renderings with noise, other bones moved. Compared
 are the learned prediction, before anything is refined, with the first hypothesis of the search's exhaustive part,
-before it is refined; then both after the refinement that every registration starts with; then the whole of both ways
-(several starts, refined level by level, and judged).
+before it is refined; then both after the refinement that every registration starts with; then both complete methods
+(several initial cameras, refined level by level, and scored).
 
     python Testing/Benchmarks/learned_cameras.py --anatomy pelvis --view AP --minutes 30
 
@@ -50,11 +50,11 @@ from PolyPoseLib.rendering.select import select_backend
 WORST_MM = 100.0
 """Larger errors count as this in means."""
 
-WAYS = {
+METHODS = {
     "learned": "learned, first prediction",
     "coarse": "search, first coarse hypothesis",
-    "learned_whole": "learned, whole way",
-    "search_whole": "search, whole way",
+    "learned_whole": "learned, complete",
+    "search_whole": "search, complete",
 }
 
 
@@ -105,7 +105,9 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--model", type=Path, help="a trained model (default: train one)")
     parser.add_argument("--minutes", type=float, default=30.0, help="of training")
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--skip", nargs="*", choices=tuple(WAYS), default=[], help="ways that are not run")
+    parser.add_argument(
+        "--skip", nargs="*", choices=tuple(METHODS), default=[], help="methods that are not run"
+    )
     parser.add_argument("--output", type=Path, default=RESULTS, help="folder of the results")
     return parser.parse_args()
 
@@ -143,7 +145,7 @@ def train_model(
 
 
 class Comparison:
-    """Both ways to a first camera, and the errors of what they find."""
+    """Both methods to a first camera, and the errors of what they find."""
 
     def __init__(self, ct: Volume, structures: Structures, arguments: argparse.Namespace, path: Path) -> None:
         self.anchor = structures.names[0]
@@ -152,15 +154,15 @@ class Comparison:
         self.context = Run(SoftTissue(scene), backend, Monitor(None, None), "camera")
         self.points = mask_points(structures.mask(self.anchor), ct.affine, 2000)
         self.model = load_regressor(path, ct, structures, self.anchor)
-        self.wanted = [name for name in WAYS if name not in arguments.skip]
+        self.wanted = [name for name in METHODS if name not in arguments.skip]
 
     def run(self, true: Camera, image: np.ndarray, row: dict[str, Any]) -> None:
-        """Add to a test view's row the errors and times of the ways that it lacks."""
+        """Add to a test view's row the errors and times of the methods that it lacks."""
         view = row["view"]
         xray = xray_of(image, true, view)
         observation = Observation(xray.image, xray.mask, true)
         searched = SearchRange.around_view(view, SOURCE_TO_DETECTOR_MM)
-        ways: dict[str, Callable[[], Any]] = {
+        methods: dict[str, Callable[[], Any]] = {
             "learned": lambda: self.model.predict(xray)[0],
             "coarse": lambda: coarse_cameras(self.context, observation, searched)[0],
             "learned_whole": lambda: initial_camera(self.context, xray, "learned", self.model),
@@ -168,13 +170,13 @@ class Comparison:
         }
         for name in self.wanted:
             if name not in row:
-                row[name] = self._scored(ways[name], true, observation)
+                row[name] = self._scored(methods[name], true, observation)
 
-    def _scored(self, way: Callable[[], Any], true: Camera, observation: Observation) -> dict[str, Any]:
+    def _scored(self, method: Callable[[], Any], true: Camera, observation: Observation) -> dict[str, Any]:
         """Error before and after the usual refinement, and the time before it."""
         start, used = time.perf_counter(), _cpu_seconds()
         try:
-            found = way()
+            found = method()
         except (PolyPoseError, IndexError) as error:
             return {"failed": str(error), "error_mm": None, "refined_mm": None}
         seconds, cpu_seconds = time.perf_counter() - start, _cpu_seconds() - used
@@ -193,11 +195,11 @@ class Comparison:
 
 def table(report: dict[str, Any]) -> str:
     """Markdown: one table per CT and view, the training, and the machine."""
-    parts = ["# Learned first cameras against the search\n"]
+    parts = ["# Learned initial cameras against the search\n"]
     parts.append(
         "Error: mean distance between the anchor's projected points under the found and the true camera, in mm in the "
         f"points' planes; in means, errors above {WORST_MM:g} mm count as that. Found: below {FOUND_MM:g} mm after the "
-        "refinement that every registration starts with. Seconds are those of the way itself, median.\n"
+        "refinement that every registration starts with. Seconds are those of the method itself, median.\n"
     )
     rows = report["rows"]
     for anatomy, view in sorted({(row["anatomy"], row["view"]) for row in rows}):
@@ -210,11 +212,12 @@ def table(report: dict[str, Any]) -> str:
                 f"{trained['threads']} threads); validation {trained['validation_mm']:.1f} mm.\n"
             )
         parts.append(
-            "| way | views | median mm | mean mm | worst mm | within 10 mm | found | sure and wrong | s | CPU s |\n"
-            + "| --- " * 10
-            + "|"
+            "| method | views | median mm | mean mm | worst mm | within 10 mm | found | certain and wrong "
+            "| s | CPU s |\n" + "| --- " * 10 + "|"
         )
-        parts += [_line(title, [row[way] for row in mine if way in row]) for way, title in WAYS.items()]
+        parts += [
+            _line(title, [row[method] for row in mine if method in row]) for method, title in METHODS.items()
+        ]
         parts.append("")
     if "machine" in report:
         parts += ["## Measured on\n", *(f"- {name}: {value}" for name, value in report["machine"].items())]
@@ -222,14 +225,14 @@ def table(report: dict[str, Any]) -> str:
 
 
 def _line(title: str, scored: list[dict[str, Any]]) -> str:
-    """One way's row."""
+    """One method's row."""
     if not scored:
         return f"| {title} " + "| - " * 9 + "|"
     worst = 1e3
     errors = np.array([worst if each["error_mm"] is None else each["error_mm"] for each in scored])
     found = np.array([each["refined_mm"] is not None and each["refined_mm"] < FOUND_MM for each in scored])
-    judged = [each for each in scored if "sure" in each]
-    wrong = sum(each["sure"] and each["refined_mm"] >= FOUND_MM for each in judged)
+    with_verdict = [each for each in scored if "sure" in each]
+    wrong = sum(each["sure"] and each["refined_mm"] >= FOUND_MM for each in with_verdict)
     times = [[each[name] for each in scored if name in each] for name in ("seconds", "cpu_seconds")]
     cells = [
         title,
@@ -239,7 +242,7 @@ def _line(title: str, scored: list[dict[str, Any]]) -> str:
         f"{errors.max():.1f}",
         f"{(errors < 10).sum()} of {len(errors)}",
         f"{found.sum()} of {len(found)}",
-        f"{wrong} of {sum(each['sure'] for each in judged)}" if judged else "-",
+        f"{wrong} of {sum(each['sure'] for each in with_verdict)}" if with_verdict else "-",
         *(f"{np.median(each):.2f}" if each else "-" for each in times),
     ]
     return "| " + " | ".join(cells) + " |"

@@ -1,8 +1,8 @@
 """Whole registrations of 26 structures on a CT of 512 x 512 x 400: seconds of every stage and peak memory.
 
 A synthetic spine with ribs is drawn in two postures, at rest for the CT and moved for two X-rays 45 degrees apart,
-whose cameras are known to 4 degrees and 15 mm only; ITK-RTK renders. The registration runs as its own process, the
-way a user runs it.
+whose cameras are known to 4 degrees and 15 mm only; ITK-RTK renders. The registration runs as its own process, as
+a user runs it.
 
     python Testing/Benchmarks/memory.py --presets fast default
 """
@@ -110,7 +110,7 @@ def xrays(ct: Volume, anchor: np.ndarray, pixels: int, folder: Path) -> list[dic
     )
     for n, camera in enumerate(cameras, start=1):
         image = measure(independent_projector.project(attenuation, camera), XrayPhysics(), rng)
-        guess = perturbed_camera(camera, anchor, rng, *CAMERA_ERROR)
+        initial = perturbed_camera(camera, anchor, rng, *CAMERA_ERROR)
         write_xray_dicom(
             folder / f"xray_{n}.dcm",
             image,
@@ -118,14 +118,14 @@ def xrays(ct: Volume, anchor: np.ndarray, pixels: int, folder: Path) -> list[dic
                 source_to_detector_mm=SOURCE_TO_DETECTOR_MM,
                 pixel_spacing_mm=(DETECTOR_MM / pixels,) * 2,
                 source_to_isocenter_mm=SOURCE_TO_ISOCENTER_MM,
-                extrinsic=guess.extrinsic,
+                extrinsic=initial.extrinsic,
             ),
             Storage(bits=XrayPhysics().bits, saturation=XrayPhysics().saturation),
             description=f"view {n}",
             study="synthetic spine with ribs",
         )
         entry = {"name": f"view {n}", "image": f"xray_{n}.dcm", "camera": "initial"}
-        entries.append(entry | {"extrinsic": guess.extrinsic.tolist()})
+        entries.append(entry | {"extrinsic": initial.extrinsic.tolist()})
     return entries
 
 

@@ -185,7 +185,7 @@ def time_iterations(arguments: argparse.Namespace, backend: Backend) -> dict:
         agreement["relative_l2"] = float(np.linalg.norm(theirs - ours) / np.linalg.norm(ours))
         return lambda: peer(setting.parameters)
 
-    add_if_there(contestants, "official way", official)
+    add_if_there(contestants, "official method", official)
     times = interleaved(contestants, arguments.rounds)
     samples = sum(int(p.rays.count.sum()) for p in objective.projectors)
     return {"times": times, "agreement": agreement, "samples": samples, "voxels": int(grid.voxels.size)}

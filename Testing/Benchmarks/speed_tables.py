@@ -43,7 +43,7 @@ def _iteration(found: dict) -> list[str]:
     head = (
         "## One joint iteration: 2 views, 6 structures, voxels and steps of 2 mm, value and all derivatives\n"
     )
-    note = f"{found['samples']} ray samples; the official way warps {found['voxels']} voxels."
+    note = f"{found['samples']} ray samples; the official method warps {found['voxels']} voxels."
     if "relative_l2" in found["agreement"]:
         note += f" Its renderings differ by {found['agreement']['relative_l2']:.1e} (relative L2)."
     return [head, *_table(["", "ms", "times the first"], rows), note + "\n"]

@@ -57,7 +57,7 @@ def test_turning_the_image_is_turning_the_camera(posed):
         _, extrinsic = RANGE.draw(rng, posed.centre)
         turn = np.eye(4)
         turn[:3, :3] = Rotation.from_rotvec(rng.uniform(-1, 1, 3) * (0.06, 0.06, 0.15)).as_matrix()
-        turned, known = detector.turned(still(posed, detector.camera(extrinsic)), turn[:3, :3])
+        turned, known = detector.rotated(still(posed, detector.camera(extrinsic)), turn[:3, :3])
         expected = still(posed, detector.camera(turn @ extrinsic))
         assert known.mean() > 0.5
         assert np.abs(turned - expected)[known].mean() < 0.02 * np.ptp(expected)

@@ -13,11 +13,11 @@ from PolyPoseLib.geometry.grid import covering_grid
 from PolyPoseLib.warp import dense
 from PolyPoseLib.warp.dense import (
     displacement_field,
-    invert_field,
     jacobian_determinant,
     warp_labels,
     warp_volume,
 )
+from PolyPoseLib.warp.inverse import invert_field
 
 
 def noise(shape, affine, seed=0) -> Volume:

@@ -14,7 +14,8 @@ from strategies import affines, motions
 
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.geometry.rigid import about, rigid_inverse
-from PolyPoseLib.warp.dense import displacement_field, invert_field, jacobian_determinant
+from PolyPoseLib.warp.dense import displacement_field, jacobian_determinant
+from PolyPoseLib.warp.inverse import invert_field
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp, RotationFalloff
 from PolyPoseLib.warp.weights import DistanceMaps, distance_maps
 
