@@ -60,7 +60,32 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         default="dicom",
         help="file format of the X-rays (default: dicom, as XA)",
     )
+    parser.add_argument(
+        "--degrade",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="degrade X-rays or inputs as clinics do; may be given several times",
+    )
+    parser.add_argument(
+        "--list-degradations", action=_ListDegradations, nargs=0, help="list what --degrade knows, and exit"
+    )
     parser.set_defaults(run=run)
+
+
+class _ListDegradations(argparse.Action):
+    """Print every degradation with its description, and exit."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from PolyPoseLib.cli._console import table
+        from PolyPoseLib.simulation.degradations.registry import DEGRADATIONS
+
+        rows = [
+            (kind.name, ", ".join(kind.acts_on), "yes" if kind.recoverable else "no", kind.description)
+            for kind in DEGRADATIONS.values()
+        ]
+        print(table(("name", "acts on", "recoverable", "what it is"), rows))
+        parser.exit()
 
 
 def add_simulation(parser: argparse.ArgumentParser) -> None:
@@ -108,6 +133,7 @@ def run(arguments: argparse.Namespace) -> int:
     from PolyPoseLib.io.samples import fetch_sample
 
     check_simulation(arguments)
+    _check_degradations(arguments)
     inputs = (arguments.ct, arguments.segmentation, arguments.structures)
     if arguments.sample:
         if any(inputs):
@@ -121,6 +147,19 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _check_degradations(arguments: argparse.Namespace) -> None:
+    """Refuse unknown degradations, and formats that these do not have, before any work; raises InputError."""
+    if not arguments.degrade:
+        return
+    from PolyPoseLib.simulation.degradations.registry import require_degradations
+
+    require_degradations(arguments.degrade)
+    if arguments.format != "dicom":
+        raise InputError(
+            "--degrade writes X-rays as DICOM, or as PNG where they are pictures: leave out --format."
+        )
+
+
 def write_simulation(
     ct_path: Path, labels_path: Path, structures_path: Path, output: Path, arguments: argparse.Namespace
 ) -> None:
@@ -132,19 +171,40 @@ def write_simulation(
     from PolyPoseLib.io.cases import write_case
     from PolyPoseLib.io.whole_folders import claimed_folder
 
+    camera, distance = getattr(arguments, "camera", "initial"), view_distances(arguments)[0]
     with claimed_folder(output, overwrite=False) as claim:
         groups, anchor, table = read_structures(structures_path)
         case = simulate(ct_path, labels_path, groups, anchor, arguments)
+        organ_names = label_table(table) if table else None
         with claim.whole() as temporary:
+            if names := getattr(arguments, "degrade", []):
+                _write_degraded(case, temporary, groups, organ_names, (names, camera, distance))
+                return
             write_case(
                 case,
                 temporary,
                 label_ids=groups,
-                organ_names=label_table(table) if table else None,
+                organ_names=organ_names,
                 image_format=getattr(arguments, "format", "dicom"),
-                camera=getattr(arguments, "camera", "initial"),
-                source_to_detector_mm=view_distances(arguments)[0],
+                camera=camera,
+                source_to_detector_mm=distance,
             )
+
+
+def _write_degraded(
+    case: SimulatedCase,
+    folder: Path,
+    groups: dict[str, list[int]],
+    organ_names: dict[int, str] | None,
+    how: tuple[list[str], str, float],
+) -> None:
+    """Degrade a case and write it; how: names of degradations, the cameras' state, source to detector in mm."""
+    from PolyPoseLib.io.degraded_cases import write_degraded_case
+    from PolyPoseLib.simulation.degradations.registry import degrade
+
+    names, camera, distance = how
+    degraded = degrade(case, names, source_to_detector_mm=distance, camera=camera)
+    write_degraded_case(degraded, folder, groups, organ_names)
 
 
 def check_simulation(arguments: argparse.Namespace) -> None:

@@ -37,6 +37,7 @@ class DegradationRecord:
         From the world of the given CT to that of the true one.
     size_factor : float
         Size of the anatomy relative to the original.
+
     """
 
     names: tuple[str, ...]
@@ -74,6 +75,7 @@ def write_degraded_study(
     Parameters
     ----------
     degraded : DegradedCase
+        What to write.
     folder : path
         Made when it does not exist; it must be empty.
     label_ids : mapping or None
@@ -90,6 +92,7 @@ def write_degraded_study(
     ------
     InputError
         The folder is not empty or cannot be written.
+
     """
     folder = Path(folder)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
@@ -179,6 +182,8 @@ def _write_xray(degraded: DegradedCase, number: int, folder: Path) -> dict[str, 
     _write_grey(view, path) if view.grey_bits else _write_dicom(degraded, view, path)
     if stated.principal_point_px is not None:
         entry["principal_point_px"] = list(stated.principal_point_px)
+    if degraded.camera_state == "absent":
+        return entry
     return entry | {"extrinsic": stated.extrinsic.tolist(), "camera": degraded.camera_state}
 
 

@@ -1,4 +1,4 @@
-"""The benchmark's degraded cases: one simulated case per anatomy and seed, and the share of each bone that is covered."""
+"""The benchmark's degraded cases: one simulated case per anatomy and seed; how much of a bone is covered."""
 
 from __future__ import annotations
 

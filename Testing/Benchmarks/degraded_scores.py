@@ -94,7 +94,7 @@ def is_inside(bone: Mapping[str, Any]) -> bool:
 
 
 def silent_failures(row: Mapping[str, Any]) -> list[str]:
-    """Bones that failed although the result was trusted, they were not flagged, and their interval excludes the truth."""
+    """Bones that failed at exit 0 without being flagged, and whose interval excludes the truth."""
     if row["exit_status"] != 0:
         return []
     limit = FAILED_MM * row["size_factor"]

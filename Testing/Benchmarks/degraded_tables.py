@@ -25,15 +25,15 @@ CLEAN = "clean"
 
 Row = dict[str, Any]
 
-LEGEND = (
-    "mean / worst: mean over bones, and largest bone, of the mean distance between where a bone's voxels are found and "
-    "where they are, in mm, by the bone's own pose, over the seeds that gave a result; the anchor is left out. x clean: "
-    "mean over that of the same case without a fault. exit: statuses, 0 trusted, 2 refused, 3 distrusted, with how many "
-    "seeds. flagged: bones of which a warning says not to rely on them. inside: bones whose pose lies inside the stated "
-    "95 % region. silent: bones off by more than 3 mm at exit 0, neither flagged nor inside. alarms: bones within 1.5 mm "
-    "that are flagged, plus recoverable cases refused or distrusted although right. Lengths of small_bones, a quarter of "
-    "the size, are compared with a quarter of these limits; the table shows them as they are. * information still there.\n"
-)
+LEGEND = """\
+mean / worst: mean over bones, and largest bone, of the mean distance between where a bone's voxels are found and where
+they are, in mm, by the bone's own pose, over the seeds that gave a result; the anchor is left out. x clean: mean over
+that of the same case without a fault. exit: statuses (0 trusted, 2 refused, 3 distrusted). flagged: bones of which a
+warning says not to rely on them. inside: bones whose pose lies inside the stated 95 % region. silent: bones off by more
+than 3 mm at exit 0, neither flagged nor inside. alarms: bones within 1.5 mm that are flagged, plus recoverable cases
+refused, or distrusted although right. small_bones has a quarter of the size and of these limits; its lengths are shown
+as they are. A star marks kinds in whose inputs the information needed is still there.
+"""
 
 
 def write_degraded_tables(rows: list[Row], path: Path) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.ndimage import binary_erosion, label
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
 from PolyPoseLib.simulation import independent_projector
@@ -49,7 +49,7 @@ def long_axis(points: np.ndarray) -> np.ndarray:
 
 def body_mask(case: SimulatedCase) -> np.ndarray:
     """(k, j, i) bool: the patient in the posture of the X-rays, the largest piece that is not air."""
-    pieces, _ = label(case.fixed_ct.voxels > BODY_HU)
+    pieces = np.asarray(label(case.fixed_ct.voxels > BODY_HU)[0])  # type: ignore[index]
     sizes = np.bincount(pieces.ravel())
     sizes[0] = 0
     return pieces == sizes.argmax()
@@ -63,9 +63,9 @@ def soft_tissue(case: SimulatedCase) -> np.ndarray:
 
 
 def skin_surface(case: SimulatedCase, x: np.ndarray, z: np.ndarray, back: bool = False) -> np.ndarray:
-    """y in LPS mm of the skin in front of (or behind) each (x, z), (N,); that of the nearest place with skin."""
+    """Height y in LPS mm of the skin in front of (or behind) each (x, z), (N,)."""
     surface = body_mask(case)
-    surface &= ~binary_erosion(surface)
+    surface &= ~np.asarray(binary_erosion(surface), dtype=bool)
     points = case.fixed_ct.to_world(np.argwhere(surface)[:, ::-1])
     cells = np.round(points[:, [0, 2]] / _SKIN_CELL_MM).astype(int)
     unique, owner = np.unique(cells, axis=0, return_inverse=True)
@@ -73,7 +73,7 @@ def skin_surface(case: SimulatedCase, x: np.ndarray, z: np.ndarray, back: bool =
     height = np.full(len(unique), np.inf)
     np.minimum.at(height, owner.ravel(), sign * points[:, 1])
     wanted = np.stack([np.atleast_1d(x), np.atleast_1d(z)], axis=-1)
-    near = cKDTree(unique * _SKIN_CELL_MM).query(wanted, k=min(5, len(unique)))[1]
+    near = KDTree(unique * _SKIN_CELL_MM).query(wanted, k=min(5, len(unique)))[1]
     return sign * height[near].reshape(len(wanted), -1).mean(axis=1)
 
 

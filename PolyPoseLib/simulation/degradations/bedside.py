@@ -24,10 +24,12 @@ def ecg_leads(degraded: DegradedCase, rng: np.random.Generator) -> DegradedCase:
     leaving = np.array([rng.choice([-1.0, 1.0]) * rng.uniform(120, 170), rng.uniform(150, 230)])
     cables: list[Solid] = []
     snaps: list[Solid] = []
+    curves = []
     for place in places:
         bends = place + rng.uniform(-110, 110, 2), leaving + rng.uniform(-90, 90, 2)
-        flat = size * _bezier(place, *bends, leaving + rng.uniform(-12, 12, 2)) + centre[[0, 2]]
-        y = skin_surface(case, flat[:, 0], flat[:, 1]) - 4.0
+        curves.append(size * _bezier(place, *bends, leaving + rng.uniform(-12, 12, 2)) + centre[[0, 2]])
+    heights = skin_surface(case, *np.concatenate(curves).T).reshape(len(curves), -1) - 4.0
+    for flat, y in zip(curves, heights, strict=True):
         path = np.stack([flat[:, 0], _smooth(y), flat[:, 1]], axis=-1)
         cables += wire(path, CABLE_RADIUS_MM)
         snaps.append(Rod(path[0] - [0, 3, 0], path[0] + [0, 2, 0], 5.0))

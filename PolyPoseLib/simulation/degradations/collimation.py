@@ -110,7 +110,7 @@ def _disc(view: View, centre: np.ndarray, radius: float) -> np.ndarray:
 
 
 def _coordinates(view: View) -> tuple[np.ndarray, np.ndarray]:
-    """x and y of sub-pixels from the image's middle; 1 is half of the smaller side."""
+    """Places x and y of sub-pixels from the image's middle; 1 is half of the smaller side."""
     height, width = view.line.shape
     half = min(height, width) / 2
     rows = ((np.arange(height * SUBPIXELS) + 0.5) / SUBPIXELS - height / 2) / half

@@ -33,6 +33,7 @@ class Stated:
         Between rows and between columns, at the detector if the study is right.
     principal_point_px : (float, float) or None
         (column, row); None says nothing, which means the image's centre.
+
     """
 
     extrinsic: np.ndarray
@@ -61,6 +62,7 @@ class View:
         Pixels that the workstation paints over.
     stated : Stated
         What the study says.
+
     """
 
     camera: Camera
@@ -85,7 +87,7 @@ class DegradedCase:
     ct, structures, source_labels
         As the study gives them, right or wrong.
     camera_state : str
-        "initial" or "known", as the study says of all cameras.
+        "initial", "known" or "absent", as the study says of all cameras.
     physics : XrayPhysics
         Of the detector.
     given_to_true : ndarray (4, 4)
@@ -94,6 +96,7 @@ class DegradedCase:
         Size of the anatomy relative to the original one; tolerances in mm scale with it.
     names : tuple of str
         The degradations, in the order in which they were made.
+
     """
 
     case: SimulatedCase
@@ -118,8 +121,10 @@ def undegraded(case: SimulatedCase, source_to_detector_mm: float = 1020.0) -> De
     Parameters
     ----------
     case : SimulatedCase
+        Whose images are those of the views.
     source_to_detector_mm : float
         Splits focal lengths into distance and pixel pitch.
+
     """
     views = []
     for number, camera in enumerate(case.cameras):

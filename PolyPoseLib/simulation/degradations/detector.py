@@ -34,8 +34,12 @@ def measure_view(view: View, physics: XrayPhysics, rng: np.random.Generator) -> 
     Parameters
     ----------
     view : View
+        Its body, line and leaves are used.
     physics : XrayPhysics
+        Of the detector.
     rng : Generator
+        Of the noise.
+
     """
     leaves = np.ones_like(view.line) if view.leaves is None else view.leaves
     line = view.line / (1 + physics.beam_hardening * view.line)

@@ -50,10 +50,12 @@ def undistorted_pixels(
     Parameters
     ----------
     shape : (int, int)
+        Of the image, (H, W).
     pincushion : float
         Relative displacement outwards at half of the smaller side; it grows with the radius cubed.
     turn : float
         Rotation in rad at half of the smaller side, growing with the radius squared: the S.
+
     """
     height, width = shape
     half = min(height, width) / 2

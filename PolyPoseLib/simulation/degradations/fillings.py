@@ -93,6 +93,6 @@ def _vessel(degraded: DegradedCase) -> np.ndarray:
 
 def _near_curve(points: np.ndarray, curve: np.ndarray, radius: float) -> np.ndarray:
     """Which points (N, 3) lie within a radius of a curve's points (M, 3)."""
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
-    return cKDTree(curve).query(points, distance_upper_bound=radius)[0] <= radius
+    return KDTree(curve).query(points, distance_upper_bound=radius)[0] <= radius

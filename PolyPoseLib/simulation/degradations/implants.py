@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -28,7 +29,8 @@ from PolyPoseLib.simulation.degradations.solids import (
 )
 from PolyPoseLib.simulation.motion import joint_centre
 
-HEAD_RADIUS_MM, CUP_RADIUS_MM, CUP_WALL_MM = 16.0, 26.0, 3.5
+HEAD_RADII_MM = (14.0, 18.0)
+CUP_RADIUS_MM, CUP_WALL_MM = 26.0, 3.5
 RESECTED_MM = 28.0
 NECK_MM, STEM_MM = 26.0, 120.0
 """How far below the head the stem begins, and its length."""
@@ -50,17 +52,18 @@ def prosthesis(degraded: DegradedCase, rng: np.random.Generator) -> DegradedCase
     neck = foot + NECK_MM * axis
     stem: list[Solid] = [*wire([head, neck], 6.5)]
     marks = np.linspace(0, STEM_MM, 6)
-    for start, end in zip(marks[:-1], marks[1:], strict=True):
+    for start, end in pairwise(marks):
         stem.append(Rod(neck + start * axis, neck + end * axis, 8.5 - 4.5 * start / STEM_MM))
     stem.append(Ellipsoid.ball(neck, 8.5))
     out = _away(head, socket, neck)
+    ball = rng.uniform(*HEAD_RADII_MM)
     outer = HalfBall(head, CUP_RADIUS_MM, -out)
     inner = HalfBall(head, CUP_RADIUS_MM - CUP_WALL_MM, -out)
     resected = _resected(degraded, name, head)
 
     def place(view, number):
         cup = metal_line([outer], TITANIUM, view.camera) - metal_line([inner], TITANIUM, view.camera)
-        metal = metal_line([Ellipsoid.ball(head, HEAD_RADIUS_MM)], COBALT_CHROME, view.camera)
+        metal = metal_line([Ellipsoid.ball(head, ball)], COBALT_CHROME, view.camera)
         metal += metal_line(stem, TITANIUM * 1.3, view.camera) + np.maximum(cup, 0)
         line = np.maximum(view.line + resected[number], 0) + metal
         return replace(view, line=line)
@@ -99,7 +102,7 @@ def _vertebrae(degraded: DegradedCase) -> list[np.ndarray]:
         low, high = np.quantile(points[:, 2], (0.02, 0.98))
         count = max(1, round((high - low) / LEVEL_MM)) if high - low > 1.6 * LEVEL_MM else 1
         edges = np.linspace(low, high + 1e-6, count + 1)
-        for bottom, top in zip(edges[:-1], edges[1:], strict=True):
+        for bottom, top in pairwise(edges):
             here = points[(points[:, 2] >= bottom) & (points[:, 2] <= top)]
             if len(here):
                 centres.append(here.mean(0))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -94,7 +95,7 @@ def approach(degraded: DegradedCase, name: str) -> tuple[np.ndarray, np.ndarray,
 def blade(path: Sequence[np.ndarray], width: float, thickness: float) -> list[Solid]:
     """A flat bar bent along a path of points (3,); its width lies across the path and level with the detector."""
     solids: list[Solid] = []
-    for start, end in zip(path[:-1], path[1:], strict=True):
+    for start, end in pairwise(path):
         along = (end - start) / 2
         unit = along / np.linalg.norm(along)
         across = np.cross(unit, [0.0, 1.0, 0.0])

@@ -44,6 +44,7 @@ def draw_text(
         Of a letter.
     turn_deg : float
         Counter-clockwise as seen on a screen.
+
     """
     fine = np.kron(np.pad(text_bitmap(text), 1).astype(float), np.ones((8, 8)))
     fine = np.clip((gaussian_filter(fine, 3.0) - 0.5) * 4 + 0.5, 0, 1)

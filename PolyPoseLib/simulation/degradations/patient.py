@@ -55,7 +55,7 @@ def limb_moved(degraded: DegradedCase, rng: np.random.Generator) -> DegradedCase
 def small_bones(degraded: DegradedCase, rng: np.random.Generator) -> DegradedCase:
     """Everything a quarter of its size, like a wrist, on a detector of pixels a quarter as large."""
     case = degraded.case
-    centre = structures_centre(case.structures, case.ct.affine)
+    centre = _isocentre(degraded)
     shrink = np.eye(4)
     shrink[:3, :3] *= SMALL
     shrink[:3, 3] = (1 - SMALL) * centre
@@ -90,12 +90,14 @@ def small_bones(degraded: DegradedCase, rng: np.random.Generator) -> DegradedCas
     )
     distance = degraded.views[0].stated.source_to_detector_mm
     made = undegraded(small, distance)
+    told = cameras if degraded.camera_state == "known" else initial
     views = tuple(
         replace(view, stated=stated_of(camera, distance))
-        for view, camera in zip(made.views, initial, strict=True)
+        for view, camera in zip(made.views, told, strict=True)
     )
     return replace(
         made,
+        camera_state=degraded.camera_state,
         views=views,
         physics=replace(degraded.physics, saturation=SMALL_SATURATION),
         size_factor=SMALL * degraded.size_factor,
@@ -121,6 +123,16 @@ def _retaken(degraded: DegradedCase, cameras: list[Camera], lines: list[np.ndarr
         return replace(view, camera=cameras[number - 1], body=line, line=line)
 
     return degraded.with_views(retake)
+
+
+def _isocentre(degraded: DegradedCase) -> np.ndarray:
+    """The point (3,) nearest to the central rays of all views, and as near to the bones as these allow."""
+    case = degraded.case
+    matrix, right = 1e-6 * np.eye(3), 1e-6 * structures_centre(case.structures, case.ct.affine)
+    for view in degraded.views:
+        across = np.eye(3) - np.outer(view.camera.axis, view.camera.axis)
+        matrix, right = matrix + across, right + across @ view.camera.source
+    return np.linalg.solve(matrix, right)
 
 
 def _finer(camera: Camera) -> Camera:

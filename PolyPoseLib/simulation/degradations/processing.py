@@ -67,11 +67,14 @@ def equalized(grey: np.ndarray, clip_limit: float = 0.012, tiles: int = 8, level
     Parameters
     ----------
     grey : ndarray (H, W)
+        From 0 to 1.
     clip_limit : float
         Largest share of a tile's pixels in one level; what is above is spread evenly over all levels.
     tiles : int
         Along each side.
     levels : int
+        Of the histograms.
+
     """
     height, width = grey.shape
     level = np.clip((grey * levels).astype(int), 0, levels - 1)
@@ -107,6 +110,7 @@ def amplified(grey: np.ndarray, power: float, background: float) -> np.ndarray:
         Of each band's amplitude.
     background : float
         Weight of what is left after the coarsest band.
+
     """
     low = grey.astype(np.float64)
     out = np.zeros_like(low)

@@ -58,6 +58,7 @@ class Degradation:
         What the program ought to do.
     change : callable
         From a DegradedCase and a Generator to a DegradedCase.
+
     """
 
     name: str
@@ -184,6 +185,7 @@ def degrade(
     Parameters
     ----------
     case : SimulatedCase
+        It is left as it is.
     names : sequence of str
         Of DEGRADATIONS. Their order does not matter, except within one stage.
     seed : int or None
@@ -191,7 +193,7 @@ def degrade(
     source_to_detector_mm : float
         Splits focal lengths into distance and pixel pitch.
     camera : str
-        What the study says of the cameras, "initial" or "known" (then true ones).
+        What the study says of the cameras: "initial", "known" (then true ones) or "absent".
 
     Returns
     -------
@@ -202,15 +204,12 @@ def degrade(
     ------
     InputError
         A name that is none, or one that is given twice.
+
     """
-    for number, name in enumerate(names):
-        if name not in DEGRADATIONS:
-            raise InputError(unknown_name("degradation", name, tuple(DEGRADATIONS)))
-        if name in names[:number]:
-            raise InputError(f'The degradation "{name}" is given twice: give it once.')
-    degraded = undegraded(case, source_to_detector_mm)
+    require_degradations(names)
+    degraded = replace(undegraded(case, source_to_detector_mm), camera_state=camera)
     if camera == "known":
-        degraded = replace(_with_true_cameras(degraded), camera_state="known")
+        degraded = _with_true_cameras(degraded)
     chosen = sorted((DEGRADATIONS[name] for name in names), key=lambda kind: STAGES.index(kind.stage))
     stages = [kind.stage for kind in chosen]
     for number, kind in enumerate(chosen):
@@ -221,6 +220,15 @@ def degrade(
     if stages and all(stage in ("patient", "beam") for stage in stages):
         degraded = _pictures(degraded, exposure=True)
     return replace(degraded, names=tuple(kind.name for kind in chosen))
+
+
+def require_degradations(names: Sequence[str]) -> None:
+    """Raise InputError for a name that is no degradation's, or is given twice."""
+    for number, name in enumerate(names):
+        if name not in DEGRADATIONS:
+            raise InputError(unknown_name("degradation", name, tuple(DEGRADATIONS)))
+        if name in names[:number]:
+            raise InputError(f'The degradation "{name}" is given twice: give it once.')
 
 
 def _pictures(degraded: DegradedCase, exposure: bool) -> DegradedCase:

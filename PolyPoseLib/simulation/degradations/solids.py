@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -23,6 +24,8 @@ _SOFT, _HARD = 1.4, 0.6
 """Relative attenuation of the two halves of a spectrum that stands for beam hardening in metal."""
 
 _FAR_MM = 1e6
+_BAND_ROWS = 8
+"""Rows that are computed at once; bounds the temporary memory."""
 
 
 class Solid(Protocol):
@@ -53,7 +56,7 @@ class Ellipsoid:
         """Roots of the quadric."""
         to_unit = self.axes / (self.axes**2).sum(1, keepdims=True)
         start, slope = to_unit @ (source - self.centre), rays @ to_unit.T
-        return _roots((slope**2).sum(1), slope @ start, start @ start - 1)
+        return _roots((slope**2).sum(1), slope @ start, float(start @ start) - 1)
 
     def bounds(self) -> tuple[np.ndarray, float]:
         """The longest semi-axis."""
@@ -76,7 +79,7 @@ class Rod:
         offset = source - self.start
         along, depth = rays @ axis, float(offset @ axis)
         across, start = rays - along[:, None] * axis, offset - depth * axis
-        enter, leave = _roots((across**2).sum(1), across @ start, start @ start - self.radius**2)
+        enter, leave = _roots((across**2).sum(1), across @ start, float(start @ start) - self.radius**2)
         return _within_slab(enter, leave, along, depth, 0.0, length)
 
     def bounds(self) -> tuple[np.ndarray, float]:
@@ -128,7 +131,7 @@ class HalfBall:
 def wire(points: Sequence[np.ndarray] | np.ndarray, radius: float) -> list[Solid]:
     """A wire of round section through points (N, 3): rods, with balls at the joints."""
     points = np.asarray(points, dtype=float)
-    rods: list[Solid] = [Rod(a, b, radius) for a, b in zip(points[:-1], points[1:], strict=True)]
+    rods: list[Solid] = [Rod(a, b, radius) for a, b in pairwise(points)]
     return rods + [Ellipsoid.ball(point, radius) for point in points[1:-1]]
 
 
@@ -138,6 +141,7 @@ def path_lengths(solids: Sequence[Solid], camera: Camera, subpixels: int = SUBPI
     Parameters
     ----------
     solids : sequence of Solid
+        Of one material.
     camera : Camera
         Everything must lie before its detector.
     subpixels : int
@@ -146,34 +150,41 @@ def path_lengths(solids: Sequence[Solid], camera: Camera, subpixels: int = SUBPI
     Returns
     -------
     ndarray (H, W, subpixels ** 2) float32
+
     """
-    height, width = camera.height, camera.width
-    total = np.zeros((height, width, subpixels**2), np.float32)
-    touched = np.zeros((height, width), bool)
-    for solid in solids:
-        touched[_window(solid, camera)] = True
-    rows, columns = np.nonzero(touched)
-    if not len(rows):
-        return total
-    steps = (np.arange(subpixels) + 0.5) / subpixels - 0.5
-    down, across = (part.ravel() for part in np.meshgrid(steps, steps, indexing="ij"))
-    pixels = np.stack(
-        [columns[:, None] + across, rows[:, None] + down, np.ones((len(rows), subpixels**2))], axis=-1
-    )
-    rays = pixels.reshape(-1, 3) @ (camera.extrinsic[:3, :3].T @ camera.inverse_intrinsics).T
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    owner = np.zeros((height, width), np.int64)
-    owner[rows, columns] = np.arange(len(rows))
-    spans = np.full((len(solids), len(rays), 2), np.inf, np.float32)
-    for number, solid in enumerate(solids):
-        mine = (
-            owner[_window(solid, camera)].ravel()[:, None] * subpixels**2 + np.arange(subpixels**2)
-        ).ravel()
-        enter, leave = solid.chord(camera.source, rays[mine])
-        hit = leave > enter
-        spans[number, mine[hit], 0], spans[number, mine[hit], 1] = enter[hit], leave[hit]
-    total[rows, columns] = _union_length(spans).reshape(len(rows), -1)
+    total = np.zeros((camera.height, camera.width, subpixels**2), np.float32)
+    windows = [_window(solid, camera) for solid in solids]
+    for top in range(0, camera.height, _BAND_ROWS):
+        bottom = min(top + _BAND_ROWS, camera.height)
+        some = [
+            n
+            for n, (rows, columns) in enumerate(windows)
+            if rows.start < bottom and rows.stop > top and columns.stop > columns.start
+        ]
+        if some:
+            left, right = min(windows[n][1].start for n in some), max(windows[n][1].stop for n in some)
+            rays = _sub_rays(camera, (top, bottom), (left, right), subpixels)
+            spans = np.full((len(some), len(rays), 2), np.inf, np.float32)
+            for place, n in enumerate(some):
+                enter, leave = solids[n].chord(camera.source, rays)
+                hit = leave > enter
+                spans[place, hit, 0], spans[place, hit, 1] = enter[hit], leave[hit]
+            lengths = _union_length(spans)
+            total[top:bottom, left:right] = lengths.reshape(bottom - top, right - left, -1)
     return total
+
+
+def _sub_rays(camera: Camera, rows: tuple[int, int], columns: tuple[int, int], subpixels: int) -> np.ndarray:
+    """Unit vectors (N, 3) from the source through the sub-pixels of a part of the image."""
+    steps = (np.arange(subpixels) + 0.5) / subpixels - 0.5
+    row, column, down, across = np.meshgrid(
+        np.arange(*rows), np.arange(*columns), steps, steps, indexing="ij", sparse=True
+    )
+    shape = np.broadcast_shapes(row.shape, column.shape, down.shape, across.shape)
+    y, x = np.broadcast_to(row + down, shape).ravel(), np.broadcast_to(column + across, shape).ravel()
+    pixels = np.stack([x, y, np.ones_like(x)], axis=-1)
+    rays = pixels @ (camera.extrinsic[:3, :3].T @ camera.inverse_intrinsics).T
+    return rays / np.linalg.norm(rays, axis=1, keepdims=True)
 
 
 def metal_line(solids: Sequence[Solid], attenuation: float, camera: Camera) -> np.ndarray:
@@ -200,9 +211,9 @@ def _window(solid: Solid, camera: Camera) -> tuple[slice, slice]:
     middle = camera.project(centre)
     # A ball's outline is an ellipse that reaches beyond the projected radius off the axis: the margin covers it.
     reach = 1.3 * radius / (depth - radius) * np.array([camera.intrinsics[0, 0], camera.intrinsics[1, 1]]) + 2
-    low = np.maximum(np.floor(middle - reach), 0).astype(int)
-    high = np.minimum(np.ceil(middle + reach) + 1, [camera.width, camera.height]).astype(int)
-    high = np.maximum(high, low)
+    size = [camera.width, camera.height]
+    low = np.clip(np.floor(middle - reach), 0, size).astype(int)
+    high = np.clip(np.ceil(middle + reach) + 1, low, size).astype(int)
     return slice(low[1], high[1]), slice(low[0], high[0])
 
 

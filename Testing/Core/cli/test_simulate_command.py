@@ -87,3 +87,23 @@ def test_views_that_cannot_be_made_are_refused():
             view_cameras(CT, source_to_detector_mm=distance)
     with pytest.raises(InputError, match="source_to_isocenter_mm is"):
         view_cameras(CT, source_to_isocenter_mm=2000.0)
+
+
+def test_degradations_are_listed_without_any_other_argument(capsys):
+    from PolyPoseLib.simulation.degradations.registry import DEGRADATIONS
+
+    with pytest.raises(SystemExit) as left:
+        main(["simulate", "--list-degradations"])
+    assert left.value.code == 0
+    shown = capsys.readouterr().out
+    assert all(f"\n{name} " in shown for name in DEGRADATIONS)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [(["--degrade", "k_wire"], "k_wires"), (["--degrade", "gamma", "--format", "nifti"], "format")],
+)
+def test_degradations_are_checked_before_anything_is_read(tmp_path, capsys, more, words):
+    assert main(["simulate", "--sample", "pelvis", "--output", str(tmp_path / "case"), *more]) == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "case").exists()
