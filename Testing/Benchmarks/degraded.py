@@ -26,7 +26,7 @@ from typing import Any
 from benchmark_cases import STRUCTURES, parse_views
 from benchmark_runs import RESULTS, register_command, run_measured
 from benchmark_tables import machine
-from degraded_cases import CLEAN, covered_shares, degraded_case
+from degraded_cases import CLEAN, covered_shares, degraded_case, structures_of
 from degraded_pictures import write_pictures
 from degraded_scores import score_folder
 from degraded_tables import describe, write_degraded_tables
@@ -131,7 +131,7 @@ def run_row(key: dict[str, Any], arguments: argparse.Namespace) -> dict[str, Any
     shutil.rmtree(folder, ignore_errors=True)
     with _MAKING:
         degraded = degraded_case(anatomy, key["views"], key["seed"], key["pixels"], kind)
-        study = write_degraded_study(degraded, folder, STRUCTURES[anatomy])
+        study = write_degraded_study(degraded, folder, structures_of(anatomy))
         truth, covered = degraded_truth(degraded), covered_shares(degraded)
     threads = arguments.threads or max(1, (os.cpu_count() or 1) // arguments.jobs)
     log = folder / "log.txt"

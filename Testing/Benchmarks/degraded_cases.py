@@ -8,6 +8,8 @@ import numpy as np
 from benchmark_cases import DISTANCES_MM, load_anatomy, parse_views
 from scipy.ndimage import binary_dilation
 
+from PolyPoseLib.data.structures import structures_from_labels
+from PolyPoseLib.io.samples import sample_named
 from PolyPoseLib.simulation.degradations.anatomy import bone_points
 from PolyPoseLib.simulation.degradations.degraded_case import DegradedCase, View
 from PolyPoseLib.simulation.degradations.registry import degrade
@@ -29,7 +31,8 @@ COVERING_LINE = 0.7
 @lru_cache(maxsize=1)
 def simulated(anatomy: str, views: str, seed: int, pixels: int) -> SimulatedCase:
     """The case that is degraded; the last one is kept."""
-    ct, structures, labels, _ = load_anatomy(anatomy)
+    ct, _, labels, _ = load_anatomy(anatomy)
+    structures = structures_from_labels(labels, structures_of(anatomy), ct)
     count, arc = parse_views(views)
     to_detector, to_isocenter = DISTANCES_MM[anatomy]
     cameras = view_cameras(
@@ -41,6 +44,11 @@ def simulated(anatomy: str, views: str, seed: int, pixels: int) -> SimulatedCase
         isocenter=structures_centre(structures, ct.affine),
     )
     return simulate_case(ct, structures, cameras=cameras, seed=seed, source_labels=labels)
+
+
+def structures_of(anatomy: str) -> dict[str, list[int]]:
+    """Structures that move, as the sample proposes them: few enough for hundreds of registrations."""
+    return {name: list(labels) for name, labels in sample_named(anatomy).structures.items()}
 
 
 def degraded_case(anatomy: str, views: str, seed: int, pixels: int, kind: str) -> DegradedCase:

@@ -30,8 +30,8 @@ def write_pictures(
     for one, kind in zip(axes, every, strict=False):
         degraded = degraded_case(anatomy, views, seed, pixels, kind)
         one.imshow(thumbnail(degraded, kind), cmap="gray", vmin=0, vmax=1, interpolation="antialiased")
-        one.set_title(kind + _note(degraded, kind), fontsize=9)
-    figure.savefig(path, dpi=100)
+        one.set_title(kind + _note(degraded, kind), fontsize=10)
+    figure.savefig(path, dpi=64)
 
 
 def thumbnail(degraded: DegradedCase, kind: str) -> np.ndarray:

@@ -16,7 +16,7 @@ BLADDER_HU, VESSEL_HU = 900.0, 1100.0
 """Excess over water of iodine in a filled bladder, and in a vessel during an injection."""
 
 BLADDER_SEMIAXES_MM = (36.0, 30.0, 28.0)
-VESSEL_RADIUS_MM = 9.0
+VESSEL_RADIUS_MM = 11.0
 
 
 def contrast(degraded: DegradedCase, rng: np.random.Generator) -> DegradedCase:
