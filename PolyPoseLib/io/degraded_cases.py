@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,9 +12,12 @@ import numpy as np
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.cases import STUDY_FILE, TRUTH_FOLDER
+from PolyPoseLib.io.files import read_text
+from PolyPoseLib.io.json_records import Record, array, json_text, list_of, parse_object, real, string
 from PolyPoseLib.io.truths import save_truth
 from PolyPoseLib.io.volumes import write_volume
-from PolyPoseLib.io.xray.writer import write_xray_dicom
+from PolyPoseLib.io.xray.storage import Storage
+from PolyPoseLib.io.xray.writer import Stand, write_xray_dicom
 from PolyPoseLib.simulation.truth import truth_of
 
 if TYPE_CHECKING:
@@ -112,7 +114,7 @@ def write_degraded_study(
             "options": dict(options or {}),
         }
         path = folder / STUDY_FILE
-        path.write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
+        path.write_text(json_text(fields), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{folder}: cannot be written ({error.strerror}); choose another folder.") from error
     return path
@@ -125,10 +127,10 @@ def save_degraded_truth(
     save_truth(degraded_truth(degraded, organ_names), folder)
     record = {
         "degradations": list(degraded.names),
-        "given_to_true": degraded.given_to_true.tolist(),
+        "given_to_true": degraded.given_to_true,
         "size_factor": degraded.size_factor,
     }
-    (folder / DEGRADATION_FILE).write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    (folder / DEGRADATION_FILE).write_text(json_text(record), encoding="utf-8")
 
 
 def degraded_truth(degraded: DegradedCase, organ_names: Mapping[int, str] | None = None) -> Truth:
@@ -142,15 +144,14 @@ def load_degradation_record(truth_folder: str | Path) -> DegradationRecord:
     path = Path(truth_folder) / DEGRADATION_FILE
     if not path.is_file():
         return DegradationRecord((), np.eye(4), 1.0)
-    try:
-        fields = json.loads(path.read_text(encoding="utf-8"))
-        return DegradationRecord(
-            tuple(fields["degradations"]),
-            np.array(fields["given_to_true"], dtype=np.float64).reshape(4, 4),
-            float(fields["size_factor"]),
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path}: the record is damaged ({error}); simulate the case again.") from error
+    record = Record(
+        parse_object(read_text(path, "the truth folder of a degraded case"), str(path)), f"{path}: "
+    )
+    return DegradationRecord(
+        tuple(record.required("degradations", list_of(string))),
+        record.required("given_to_true", array(4, 4)),
+        record.required("size_factor", real),
+    )
 
 
 def _write_labels(
@@ -199,15 +200,15 @@ def _write_grey(view: View, path: Path) -> None:
 def _write_dicom(degraded: DegradedCase, view: View, path: Path) -> None:
     """An XA file in the bits that were measured; its distances and angles are those that the study states."""
     physics, stated = degraded.physics, view.stated
-    write_xray_dicom(
-        path,
-        view.image,
+    stand = Stand(
         source_to_detector_mm=stated.source_to_detector_mm,
         pixel_spacing_mm=stated.pixel_spacing_mm,
         extrinsic=stated.extrinsic,
+    )
+    storage = Storage(
         bits=max(physics.bits, 8) if physics.bits else 16,
         encoding=physics.encoding,
         saturation=physics.saturation,
-        description=path.stem,
-        study=f"simulated case {degraded.case.seed}",
     )
+    study = f"simulated case {degraded.case.seed}"
+    write_xray_dicom(path, view.image, stand, storage, description=path.stem, study=study)
