@@ -173,6 +173,16 @@ def _kinds() -> tuple[Degradation, ...]:
 DEGRADATIONS: dict[str, Degradation] = {kind.name: kind for kind in _kinds()}
 
 
+OF_TWO_VIEWS = (
+    "views_exchanged",
+    "view_twice",
+    "patient_moved",
+    "patient_moved_known_cameras",
+    "limb_moved",
+)
+"""Degradations that are faults between views."""
+
+
 def degrade(
     case: SimulatedCase,
     names: Sequence[str],
@@ -203,10 +213,13 @@ def degrade(
     Raises
     ------
     InputError
-        A name that is none, or one that is given twice.
+        A name that is none, or one that is given twice, or one of OF_TWO_VIEWS where the case has one view.
 
     """
     require_degradations(names)
+    between = [name for name in names if name in OF_TWO_VIEWS]
+    if between and len(case.images) < 2:
+        raise InputError(f'The degradation "{between[0]}" needs two views: the case has one.')
     degraded = replace(undegraded(case, source_to_detector_mm), camera_state=camera)
     if camera == "known":
         degraded = _with_true_cameras(degraded)

@@ -12,7 +12,7 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.degraded_cases import load_degradation_record, write_degraded_case
 from PolyPoseLib.io.truths import load_truth
 from PolyPoseLib.simulation.degradations.degraded_case import undegraded
-from PolyPoseLib.simulation.degradations.registry import ACTS_ON, DEGRADATIONS, STAGES, degrade
+from PolyPoseLib.simulation.degradations.registry import ACTS_ON, DEGRADATIONS, OF_TWO_VIEWS, STAGES, degrade
 from PolyPoseLib.simulation.simulate import SimulationOptions, simulate_case, view_cameras
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "degradations.md"
@@ -119,6 +119,17 @@ def test_unknown_and_repeated_names_are_refused(case):
         degrade(case, ["k_wire"])
     with pytest.raises(InputError, match="twice"):
         degrade(case, ["gamma", "gamma"])
+
+
+def test_faults_between_views_need_two(case):
+    from dataclasses import replace
+
+    parts_of_views = ("images", "clean_images", "cameras", "initial_cameras")
+    single = replace(case, **{part: getattr(case, part)[:1] for part in parts_of_views})
+    for name in OF_TWO_VIEWS:
+        with pytest.raises(InputError, match="two views"):
+            degrade(single, [name])
+    assert len(degrade(single, ["k_wires", "small_bones"]).views) == 1
 
 
 def test_the_registry_is_complete():
