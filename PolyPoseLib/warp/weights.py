@@ -39,8 +39,15 @@ MARGIN_MM = 10.0
 class LabelMap(Protocol):
     """What distance_maps needs of PolyPoseLib.data.structures.Structures."""
 
-    names: tuple[str, ...]
-    labels: np.ndarray
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the K structures."""
+        ...
+
+    @property
+    def labels(self) -> np.ndarray:
+        """(k, j, i); n belongs to names[n - 1]."""
+        ...
 
 
 @dataclass(frozen=True)

@@ -127,11 +127,11 @@ def test_rigid_inverse(seed):
     np.testing.assert_allclose(rigid_inverse(extrinsic) @ extrinsic, np.eye(4), atol=1e-12)
 
 
-def test_rounded_rotation_is_mended_to_an_exact_one():
+def test_a_rounded_rotation_is_made_exact():
     rounded = np.round(random_extrinsic(np.random.default_rng(3)), 5)
-    mended = require_rigid(rounded)
-    np.testing.assert_allclose(mended[:3, :3] @ mended[:3, :3].T, np.eye(3), atol=1e-14)
-    np.testing.assert_allclose(mended, rounded, atol=1e-4)
+    exact = require_rigid(rounded)
+    np.testing.assert_allclose(exact[:3, :3] @ exact[:3, :3].T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(exact, rounded, atol=1e-4)
 
 
 def scaled():

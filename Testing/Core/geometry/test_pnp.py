@@ -70,15 +70,15 @@ def test_the_covariance_tells_the_spread_of_repeated_clicks():
     points = rng.uniform(-100, 100, (8, 3))
     depth = camera.extrinsic[2, :3] @ points.mean(axis=0) + camera.extrinsic[2, 3]
     noise_px = 1.5 / depth * camera.intrinsics[0, 0]
-    turns, told = [], []
+    turns, stated = [], []
     for _ in range(25):
         found = camera_from_landmarks(
             points, camera.project(points) + rng.normal(0, noise_px, (8, 2)), camera
         )
         difference = found.camera.extrinsic[:3, :3] @ camera.extrinsic[:3, :3].T
         turns.append(Rotation.from_matrix(difference).as_rotvec())
-        told.append(np.sqrt(np.diag(found.covariance)[:3]))
-    ratio = np.std(turns, axis=0) / np.mean(told, axis=0)
+        stated.append(np.sqrt(np.diag(found.covariance)[:3]))
+    ratio = np.std(turns, axis=0) / np.mean(stated, axis=0)
     assert ((ratio > 0.5) & (ratio < 1.8)).all()
 
 

@@ -1,4 +1,4 @@
-"""SE(3) stated as a group: axioms, round trips and derivatives, with scipy as the judge."""
+"""SE(3) stated as a group: axioms, round trips and derivatives, with scipy as the oracle."""
 
 import math
 

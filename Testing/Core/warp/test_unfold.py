@@ -31,9 +31,9 @@ def nothing_held(points):
 def test_folds_go_and_the_rest_stays(seed):
     field = bumpy(seed, 25.0)
     assert (jacobian_determinant(field) <= 0).any()
-    mended = unfolded(field, nothing_held)
-    assert jacobian_determinant(mended).min() > 0
-    changed = np.linalg.norm(mended.vectors - field.vectors, axis=-1) > 0
+    smoothed = unfolded(field, nothing_held)
+    assert jacobian_determinant(smoothed).min() > 0
+    changed = np.linalg.norm(smoothed.vectors - field.vectors, axis=-1) > 0
     assert changed.mean() < 0.1
     assert not changed[0].any() and not changed[:, :, -1].any()
 
@@ -49,9 +49,9 @@ def test_held_nodes_do_not_move(seed):
         index = np.rint(points @ back[:3, :3].T + back[:3, 3]).astype(int)
         return held[index[:, 2], index[:, 1], index[:, 0]]
 
-    mended = unfolded(field, hold)
-    np.testing.assert_array_equal(mended.vectors[held], field.vectors[held])
-    assert (jacobian_determinant(mended) <= 0).sum() < (jacobian_determinant(field) <= 0).sum()
+    smoothed = unfolded(field, hold)
+    np.testing.assert_array_equal(smoothed.vectors[held], field.vectors[held])
+    assert (jacobian_determinant(smoothed) <= 0).sum() < (jacobian_determinant(field) <= 0).sum()
 
 
 def test_a_field_without_folds_comes_back_itself():
