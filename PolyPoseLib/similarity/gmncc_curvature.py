@@ -18,7 +18,7 @@ from PolyPoseLib.similarity.torch_threads import one_torch_thread
 
 
 def gmncc_curvature(image: np.ndarray, mask: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
-    """Curvature (P, P) of 1 - gmNCC by P unknowns, positive semidefinite.
+    """Curvature of 1 - gmNCC by P unknowns.
 
     Parameters
     ----------
@@ -27,7 +27,12 @@ def gmncc_curvature(image: np.ndarray, mask: np.ndarray, jacobian: np.ndarray) -
     mask : (H, W) array of bool
         True = use.
     jacobian : (P, H, W) array
-        Its derivative.
+        Its derivative by the unknowns.
+
+    Returns
+    -------
+    (P, P) array
+        Positive semidefinite.
 
     """
     with one_torch_thread():

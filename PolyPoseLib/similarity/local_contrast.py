@@ -30,9 +30,9 @@ class LocalContrast:
         Odd patch width in pixels.
     floor : float
         Standard deviation (in line integrals) below which a patch counts as flat, so that noise is not blown up.
-    noise : np.ndarray | float
-        Standard deviation of the X-ray's noise, a number or (H, W), which a rendering lacks: its patches are
-        scaled as if it had it.
+    noise : float or (H, W) array
+        Standard deviation of the X-ray's noise (in line integrals), which a rendering lacks: its patches are scaled
+        as if it had it.
 
     """
 
@@ -46,7 +46,7 @@ class LocalContrast:
         self.support = (mask & (share > 0.25)).astype(np.float32)
 
     def cropped(self, rows: slice, columns: slice) -> LocalContrast:
-        """Of a part of the image; the same as before wherever a patch lies inside it."""
+        """The normalisation of a part of the image; it differs only where a patch crosses the part's border."""
         noise = np.broadcast_to(self.noise, self.mask.shape)[rows, columns]
         return LocalContrast(self.mask[rows, columns] > 0, self.size, self.floor, noise)
 
@@ -55,7 +55,21 @@ class LocalContrast:
         return box_mean(images * self.mask[rows, columns], self.size) / self.share[rows, columns]
 
     def normalise(self, image: np.ndarray, noisy: bool = False) -> NormalisedImage:
-        """Return the normalised (H, W) image with what its derivative needs; noisy: it is the X-ray itself."""
+        """Normalise an image.
+
+        Parameters
+        ----------
+        image : (H, W) array
+            Line integrals.
+        noisy : bool
+            Whether it is the X-ray itself, which has its noise already.
+
+        Returns
+        -------
+        NormalisedImage
+            The normalised image, with what its derivative needs.
+
+        """
         centred = np.where(self.mask > 0, image, 0).astype(np.float64)
         centred = centred - centred.sum() / max(self.mask.sum(), 1.0)
         mean = self.mean(centred)
@@ -73,12 +87,23 @@ class LocalContrast:
     def derivative(
         self, image: NormalisedImage, changes: np.ndarray, window: tuple[int, int, int, int]
     ) -> tuple[np.ndarray, tuple[int, int, int, int]]:
-        """Derivative of the normalised image when the image changes by ``changes`` (C, h, w) inside ``window``.
+        """Derivative of a normalised image by changes of the image.
+
+        Parameters
+        ----------
+        image : NormalisedImage
+            As :meth:`normalise` returns it.
+        changes : (C, h, w) array
+            Changes of the image inside a window, zero elsewhere.
+        window : tuple[int, int, int, int]
+            Row 0, row 1, column 0, column 1 of the window, ends excluded.
 
         Returns
         -------
-        tuple[np.ndarray, tuple[int, int, int, int]]
-            (C, h', w') and the window, grown by the patch, in which it is not zero.
+        (C, h', w') array
+            Changes of the normalised image.
+        tuple[int, int, int, int]
+            The window, grown by the patch, outside of which they are zero.
 
         """
         height, width = self.mask.shape
@@ -98,7 +123,16 @@ class LocalContrast:
 
 @dataclass(frozen=True)
 class NormalisedImage:
-    """values: (H, W) normalised; centred, mean, deviation: (H, W) parts that its derivative needs."""
+    """A normalised image, and what its derivative needs.
+
+    Attributes
+    ----------
+    values : (H, W) array of float32
+        The normalised image.
+    centred, mean, deviation : (H, W) array of float32
+        The image less its global mean, and its patches' means and standard deviations.
+
+    """
 
     values: np.ndarray
     centred: np.ndarray

@@ -25,17 +25,15 @@ def ncc(a: Tensor, b: Tensor, mask: Tensor | None = None) -> Tensor:
 
     Parameters
     ----------
-    a : (B, H, W) Tensor
-        Images.
-    b : (B, H, W) Tensor
-        Images.
-    mask : (B, H, W) Tensor, optional
-        Or (H, W) bool, True = use; all pixels when None.
+    a, b : (B, H, W) Tensor
+        Images to compare, any unit.
+    mask : (B, H, W) or (H, W) Tensor of bool, optional
+        True = use; all pixels by default.
 
     Returns
     -------
     (B,) Tensor
-        From -1 to 1.
+        From -1 to 1, one for each pair.
 
     Raises
     ------
@@ -56,19 +54,17 @@ def patch_ncc(a: Tensor, b: Tensor, size: int = 9, mask: Tensor | None = None) -
 
     Parameters
     ----------
-    a : (B, H, W) Tensor
-        Images.
-    b : (B, H, W) Tensor
-        Images.
+    a, b : (B, H, W) Tensor
+        Images to compare, any unit.
     size : int
         Side of the patches in pixels.
-    mask : (B, H, W) Tensor, optional
-        Or (H, W) bool, True = use; all pixels when None.
+    mask : (B, H, W) or (H, W) Tensor of bool, optional
+        True = use; all pixels by default.
 
     Returns
     -------
     (B,) Tensor
-        From -1 to 1.
+        From -1 to 1, one for each pair.
 
     Raises
     ------
@@ -88,19 +84,17 @@ def gradient_ncc(a: Tensor, b: Tensor, size: int = 11, mask: Tensor | None = Non
 
     Parameters
     ----------
-    a : (B, H, W) Tensor
-        Images.
-    b : (B, H, W) Tensor
-        Images.
+    a, b : (B, H, W) Tensor
+        Images to compare, any unit.
     size : int
         Side of the patches in pixels, on the image of derivatives (H - 2, W - 2).
-    mask : (B, H, W) Tensor, optional
-        Or (H, W) bool, True = use; all pixels when None.
+    mask : (B, H, W) or (H, W) Tensor of bool, optional
+        True = use; all pixels by default.
 
     Returns
     -------
     (B,) Tensor
-        From -1 to 1.
+        From -1 to 1, one for each pair.
 
     Raises
     ------
@@ -120,17 +114,15 @@ def gmncc(a: Tensor, b: Tensor, mask: Tensor | None = None) -> Tensor:
 
     Parameters
     ----------
-    a : (B, H, W) Tensor
-        Images, 13 pixels or more a side.
-    b : (B, H, W) Tensor
-        Images.
-    mask : (B, H, W) Tensor, optional
-        Or (H, W) bool, True = use; all pixels when None.
+    a, b : (B, H, W) Tensor
+        Images to compare, any unit, 13 pixels or more a side.
+    mask : (B, H, W) or (H, W) Tensor of bool, optional
+        True = use; all pixels by default.
 
     Returns
     -------
     (B,) Tensor
-        From -1 to 1.
+        From -1 to 1, one for each pair.
 
     Raises
     ------

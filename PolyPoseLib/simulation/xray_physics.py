@@ -30,7 +30,7 @@ class XrayPhysics:
         Line integrals below this are burnt out to it.
     bits : int
         Depth of the stored image; 0 leaves real numbers.
-    encoding : str
+    encoding : {"log", "linear"}
         "log" stores the line integral, "linear" the intensity (DICOM pixel intensity relationship).
 
     """
@@ -58,10 +58,25 @@ class XrayPhysics:
 
 
 def measure(clean: np.ndarray, physics: XrayPhysics, rng: np.random.Generator) -> np.ndarray:
-    """Line integrals as a detector reports them, (H, W) float32, from clean ones (H, W).
+    """Line integrals as a detector reports them.
 
     Beer-Lambert intensities, plus a broad scatter veil, blurred, drawn from a Poisson law, logarithm,
     clipped at the saturation and rounded to the bits.
+
+    Parameters
+    ----------
+    clean : (H, W) array
+        Line integrals.
+    physics : XrayPhysics
+        The detector and the exposure.
+    rng : np.random.Generator
+        Of the photons' noise.
+
+    Returns
+    -------
+    (H, W) array of float32
+        Line integrals.
+
     """
     line = np.asarray(clean, dtype=np.float64)
     line = line / (1 + physics.beam_hardening * line)
@@ -76,7 +91,7 @@ def measure(clean: np.ndarray, physics: XrayPhysics, rng: np.random.Generator) -
 
 
 def _scatter(line: np.ndarray, primary: np.ndarray, physics: XrayPhysics) -> np.ndarray:
-    """The veil (H, W): first-order scatter p exp(-p) spread widely (Ohnesorge et al., Eur Radiol 9, 1999)."""
+    """The veil (H, W): first-order scatter p exp(-p) spread widely (B. Ohnesorge et al., Eur. Radiol. 9, 1999)."""
     if physics.scatter_to_primary == 0:
         return np.zeros_like(line)
     veil = gaussian_filter(line * primary, physics.scatter_width * max(line.shape), mode="nearest")

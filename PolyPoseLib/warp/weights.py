@@ -86,8 +86,8 @@ class DistanceMaps:
         ----------
         points : (N, 3) Tensor
             Fixed LPS mm.
-        poses : (K, 4, 4) Tensor
-            Or (1, 4, 4); fixed to moving.
+        poses : (K, 4, 4) or (1, 4, 4) Tensor
+            Fixed to moving, LPS mm.
 
         Returns
         -------
