@@ -13,6 +13,9 @@ settings.register_profile("seeded", derandomize=True, deadline=None, max_example
 settings.register_profile("explore", deadline=None, max_examples=2000)
 settings.load_profile("seeded")
 
+RARE = ("kill", "soak")
+"""Marks of tests that run only when they are asked for, by ``-m``."""
+
 
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Fetch the samples once, before any test looks for them; without a registry those tests skip."""
@@ -30,7 +33,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out what takes minutes and tells nothing new every time, unless its mark is asked for."""
-    if "kill" in config.option.markexpr:
-        return
-    config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("kill")])
-    items[:] = [item for item in items if not item.get_closest_marker("kill")]
+    rare = [mark for mark in RARE if mark not in config.option.markexpr]
+    left_out = [item for item in items if any(item.get_closest_marker(mark) for mark in rare)]
+    config.hook.pytest_deselected(items=left_out)
+    items[:] = [item for item in items if item not in left_out]
