@@ -116,9 +116,10 @@ def _from_mayacam(text: str) -> Calibration:
         r"^\s*(" + "|".join(name.replace(" ", r"\s*") for name in _BLOCKS) + r")\s*:?\s*$", re.I | re.M
     )
     marks = list(pattern.finditer(text))
+    ends = [*(mark.start() for mark in marks), len(text)][1:]
     blocks = {
-        re.sub(r"\s+", " ", mark[1].lower()): text[mark.end() : after.start() if after else len(text)]
-        for mark, after in zip(marks, [*marks[1:], None], strict=True)
+        re.sub(r"\s+", " ", mark[1].lower()): text[mark.end() : end]
+        for mark, end in zip(marks, ends, strict=True)
     }
     missing = [name for name in _BLOCKS[1:] if name not in blocks]
     if missing:

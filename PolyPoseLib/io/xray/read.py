@@ -14,7 +14,7 @@ from PolyPoseLib.data.notes import Notes
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.distortion import undistorted
-from PolyPoseLib.io.dicom import open_dicom
+from PolyPoseLib.io.dicom import open_dicom, quiet_pydicom
 from PolyPoseLib.io.xray.calibrated import Calibrated, with_calibration
 from PolyPoseLib.io.xray.detector import Detector, detector_of
 from PolyPoseLib.io.xray.fields import XrayFields
@@ -150,11 +150,12 @@ def _read_dicom(
     """Attributes and pixel values of a DICOM frame; whatever a damaged file breaks becomes one sentence."""
     dataset = open_dicom(path, notes.where)
     try:
-        tags = XrayTags(dataset, choose_frame(dataset, frame, notes))
-        shape = (dataset.Rows, dataset.Columns)
-        refuse_small(shape, notes)
-        detector_of(tags, given, shape, Notes(notes.where, notes.entry))
-        return tags, values_of_dicom(tags, given, notes)
+        with quiet_pydicom():
+            tags = XrayTags(dataset, choose_frame(dataset, frame, notes))
+            shape = (dataset.Rows, dataset.Columns)
+            refuse_small(shape, notes)
+            detector_of(tags, given, shape, Notes(notes.where, notes.entry))
+            return tags, values_of_dicom(tags, given, notes)
     except InputError:
         raise
     except Exception as error:

@@ -1,4 +1,4 @@
-"""Grids whose axes are not perpendicular: gantry tilt is refused in every format, rounding is mended."""
+"""Grids whose axes are not perpendicular: gantry tilt is refused in every format, rounding is corrected."""
 
 import struct
 

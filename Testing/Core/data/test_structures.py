@@ -264,7 +264,7 @@ def test_structures_that_exist_are_valid(names, labels, words):
         Structures(names, labels)
 
 
-def test_unknown_structures_are_guessed():
+def test_the_nearest_name_is_suggested_for_an_unknown_structure():
     found = structures_from_labels(on_ct(blocks()), {"femur_left": [1], "pelvis": [2]}, ct())
     with pytest.raises(InputError, match='did you mean "femur_left"'):
         found.index("femur_lft")

@@ -98,8 +98,8 @@ def test_known_cameras_that_contradict_their_rig_are_refused(folder, degrees, mm
     cameras[number] = turned(cameras[number], degrees, mm)
     with pytest.raises(InputError, match=f"{abs(degrees):.1f} degrees and"):
         study(*cameras)
-    guess = replace(cameras[number], camera="initial")
-    assert len(study(*(guess if n == number else each for n, each in enumerate(cameras))).xrays) == 2
+    initial = replace(cameras[number], camera="initial")
+    assert len(study(*(initial if n == number else each for n, each in enumerate(cameras))).xrays) == 2
 
 
 @pytest.mark.parametrize("wrong", ["nan", "scaled", "far", "small"])

@@ -1,4 +1,4 @@
-"""Volumes whose header tells a spacing, unit or length that cannot be: refused in one sentence, never mended."""
+"""Volumes whose header gives an impossible spacing, unit or length: refused in one sentence, never corrected."""
 
 import gzip
 import struct

@@ -83,7 +83,7 @@ def test_distances_and_spacings_of_no_stand_are_refused(image, field, value):
 
 @pytest.mark.parametrize("value", [*ABSURD, 1.0, 1e5])
 @pytest.mark.parametrize(("modality", "tag"), [("XA", "DistanceSourceToDetector"), ("RTIMAGE", "RTImageSID")])
-def test_distances_that_dicom_tells_are_looked_at_too(tmp_path, modality, tag, value):
+def test_distances_from_dicom_are_checked_too(tmp_path, modality, tag, value):
     path = save(dataset(modality=modality, **{tag: value}), tmp_path / "x.dcm")
     refusal(read_xray, path, 'add the right "source_to_detector_mm"')
     assert read_xray(path, fields={"source_to_detector_mm": 1000}).source_to_detector_mm == 1000
@@ -91,7 +91,7 @@ def test_distances_that_dicom_tells_are_looked_at_too(tmp_path, modality, tag, v
 
 @pytest.mark.parametrize("value", [*ABSURD, 1e-4, 100.0])
 @pytest.mark.parametrize("axis", range(2))
-def test_spacings_that_dicom_tells_are_looked_at_too(tmp_path, value, axis):
+def test_spacings_from_dicom_are_checked_too(tmp_path, value, axis):
     pair = [0.4, 0.4]
     pair[axis] = value
     path = save(dataset(ImagerPixelSpacing=pair), tmp_path / "x.dcm")
@@ -99,7 +99,7 @@ def test_spacings_that_dicom_tells_are_looked_at_too(tmp_path, value, axis):
     assert read_xray(path, fields={"pixel_spacing_mm": 0.4}).pixel_spacing_mm == (0.4, 0.4)
 
 
-def test_a_distance_that_follows_from_focal_length_and_spacing_is_looked_at(image):
+def test_a_distance_that_follows_from_focal_length_and_spacing_is_checked(image):
     fields = {"intrinsics": matrix(1e8), "pixel_spacing_mm": 0.4, "intensity": "line_integral"}
     refusal(read_xray, image, "by its focal length and pixel spacing", **fields)
     assert read_xray(image, fields={**fields, "source_to_detector_mm": 1000}).source_to_detector_mm == 1000

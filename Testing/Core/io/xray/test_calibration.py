@@ -78,6 +78,13 @@ def test_mayacam(tmp_path):
         read_calibration(path)
 
 
+def test_a_text_that_names_the_camera_matrix_without_a_heading_is_refused(tmp_path):
+    path = tmp_path / "cam1.txt"
+    path.write_text("the camera matrix of view 1\n1,2,3\n")
+    with pytest.raises(InputError, match='lacks the block "camera matrix"'):
+        read_calibration(path)
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [

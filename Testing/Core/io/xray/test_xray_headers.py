@@ -47,7 +47,7 @@ def test_a_jpeg_2000_radiograph_is_decoded_and_its_collimator_masked():
     assert bone > air + 2
 
 
-def test_a_radiograph_processed_for_presentation_is_read_with_its_doubtful_spacing():
+def test_a_radiograph_processed_for_presentation_is_read_with_its_uncertain_spacing():
     xray = read("DX_highdicom")
     assert xray.source_to_detector_mm == 1000
     np.testing.assert_allclose(xray.pixel_spacing_mm, (1.2, 1.2012), atol=1e-6)

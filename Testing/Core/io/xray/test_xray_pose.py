@@ -31,7 +31,7 @@ def pixel_of(xray, point):
     return camera.project(np.asarray(point, float))
 
 
-def test_a_c_arms_guess_is_the_view_of_its_angles(tmp_path):
+def test_a_c_arms_initial_camera_is_the_view_of_its_angles(tmp_path):
     xray = read(tmp_path, c_arm(), isocenter=(1, 2, 3))
     assert xray.camera == "initial"
     np.testing.assert_allclose(xray.extrinsic, carm_extrinsic(30, -10, 700, (1, 2, 3)), atol=1e-9)
@@ -144,9 +144,9 @@ def test_an_assumed_distance_widens_the_radius(tmp_path):
     sure = read(tmp_path, c_arm())
     ds = c_arm()
     del ds.DistanceSourceToPatient
-    guessed = read(tmp_path, ds)
-    assert guessed.initial_radius[1] > sure.initial_radius[1]
-    assert any("assumed" in line for line in guessed.provenance)
+    assumed = read(tmp_path, ds)
+    assert assumed.initial_radius[1] > sure.initial_radius[1]
+    assert any("assumed" in line for line in assumed.provenance)
 
 
 def test_an_isocentre_behind_the_detector_is_refused(tmp_path):
@@ -158,7 +158,7 @@ def test_an_isocentre_behind_the_detector_is_refused(tmp_path):
     ("view", "beam", "mirrored"),
     [("AP", (0, 1, 0), False), ("PA", (0, -1, 0), True), ("LL", (1, 0, 0), True), ("RL", (-1, 0, 0), True)],
 )
-def test_a_radiographs_view_position_is_a_coarse_guess(tmp_path, view, beam, mirrored):
+def test_a_radiographs_view_position_gives_a_coarse_initial_camera(tmp_path, view, beam, mirrored):
     xray = read(tmp_path, dataset(modality="DX", ViewPosition=view))
     np.testing.assert_allclose(xray.extrinsic[2, :3], beam, atol=1e-12)
     assert xray.mirrored is mirrored

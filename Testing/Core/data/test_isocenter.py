@@ -1,4 +1,4 @@
-"""An isocentre that somebody told stays; only one that nobody told is put on the anchor."""
+"""An isocentre that was given stays; only one that nobody gave is put on the anchor."""
 
 import numpy as np
 import pytest
@@ -26,12 +26,12 @@ def xray(isocenter) -> Xray:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_told_isocentre_does_not_move(seed: int) -> None:
-    told = xray(np.random.default_rng(seed).uniform(1, 90, 3))
-    assert place_isocenter((told,), ANCHOR)[0] is told
+def test_a_given_isocentre_does_not_move(seed: int) -> None:
+    given = xray(np.random.default_rng(seed).uniform(1, 90, 3))
+    assert place_isocenter((given,), ANCHOR)[0] is given
 
 
-def test_one_that_nobody_told_moves_onto_the_anchor() -> None:
+def test_one_that_nobody_gave_moves_onto_the_anchor() -> None:
     (placed,) = place_isocenter((xray((0.0, 0.0, 0.0)),), ANCHOR)
     np.testing.assert_allclose(placed.isocenter, ANCHOR)
     np.testing.assert_allclose(placed.extrinsic[:3] @ [*ANCHOR, 1], [0, 0, 700])
