@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import errno
 import io
 import os
 import signal
@@ -14,10 +13,6 @@ from collections.abc import Sequence
 from pathlib import PurePath
 
 from PolyPoseLib import __version__
-from PolyPoseLib.errors import InputError, PolyPoseError
-
-INTERRUPTED = 130
-FAILED = 1
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -56,66 +51,55 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit status: 0 done, 1 an unexpected fault, 2 wrong input, 3 a result not to be trusted, 130 interrupted.
+        Exit status: 0 done, 2 wrong input, 3 a result not to be trusted, 70 a fault of the program, 130 interrupted.
 
     """
-    arguments = build_parser().parse_args(argv)
-    from PolyPoseLib.cli._console import start_logging
+    _replace_closed_streams()
+    debug = any(len(each) > 4 and "--debug".startswith(each) for each in (sys.argv if argv is None else argv))
+    try:
+        status = _run(argv)
+        sys.stdout.flush()
+        return status
+    except (Exception, KeyboardInterrupt) as error:
+        from PolyPoseLib.cli._endings import ending_of
 
-    start_logging(arguments.quiet)
+        if debug:
+            traceback.print_exc()
+        sentence, status = ending_of(error)
+        if sentence:
+            print(f"polypose: {' '.join(sentence.split())}", file=sys.stderr, flush=True)
+        _give_up_stdout()
+        return status
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    """Run one subcommand; whatever goes wrong is raised."""
+    arguments = build_parser().parse_args(argv)
+    from PolyPoseLib.cli._console import libraries_quiet, start_logging
+
+    start_logging(arguments.quiet, arguments.debug)
     _print_any_text()
     _interrupt_on_termination()
-    try:
+    with libraries_quiet(arguments.debug):
         return arguments.run(arguments)
-    except KeyboardInterrupt as interrupt:
-        written = str(interrupt) or "no result was written"
-        return _fail(f"interrupted; {written}", INTERRUPTED, arguments.debug)
-    except PolyPoseError as error:
-        return _fail(str(error), error.exit_status, arguments.debug)
-    except MemoryError:
-        return _fail(
-            "memory ran out: use --preset fast, a coarser CT, or a larger machine", FAILED, arguments.debug
-        )
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return INTERRUPTED
-    except OSError as error:
-        message = _refused_by_the_system(error)
-        if message is None:
-            return _fail(_fault(error), FAILED, arguments.debug)
-        return _fail(message, InputError.exit_status, arguments.debug)
-    except Exception as error:
-        return _fail(_fault(error), FAILED, arguments.debug)
 
 
-def _fault(error: Exception) -> str:
-    """What to say of an error that nobody expected."""
-    return (
-        f"an unexpected fault ({type(error).__name__}: {error}); please report it with the output of --debug"
-    )
+def _give_up_stdout() -> None:
+    """Let stdout lead nowhere when it takes nothing any more (a reader that went away, a full disk).
 
-
-def _refused_by_the_system(error: OSError) -> str | None:
-    """One sentence for a file that the system does not let anyone read or write; None for all other errors.
-
-    It stands here, once, because the system may refuse nearly every access to a path, even whether it exists.
+    The interpreter writes what is left at its end, and would end with a status of its own.
     """
-    if error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", None)):
-        return "no space is left on the disk: free some, or choose another place to write to"
-    if error.filename is None:
-        return None
-    reason = error.strerror or type(error).__name__
-    return (
-        f"{error.filename}: the system refuses this file or folder ({reason}): check its name and permissions"
-    )
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _fail(message: str, status: int, debug: bool) -> int:
-    """Say what went wrong on stderr in one sentence; with debug, show where."""
-    if debug:
-        traceback.print_exc()
-    print(f"polypose: {' '.join(message.split())}", file=sys.stderr, flush=True)
-    return status
+def _replace_closed_streams() -> None:
+    """Give the process a stdout and a stderr that lead nowhere, where it was started without."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 (open until the end)
 
 
 def _print_any_text() -> None:

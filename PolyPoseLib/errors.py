@@ -1,14 +1,43 @@
 """The exceptions that PolyPose raises on purpose; each knows the exit status of the command line."""
 
 import difflib
+import errno
 from collections.abc import Iterable
 from typing import Any
 
+LONGEST_SENTENCE = 2000
+"""Characters; longer sentences, which repeat what a file holds, are cut in their middle: their end says what to do."""
+
+FAULT_STATUS = 70
+"""The exit status for what is no one's input but a fault of the program or of its installation."""
+
+LESS_MEMORY = (
+    'crop the CT or resample it to larger voxels, use the preset "fast", or a machine with more memory'
+)
+"""What to do when memory does not suffice, for sentences."""
+
+_LONGEST_NAME = 200
+"""Characters of a name that are compared with known names: more takes minutes."""
+
+_OUT_OF_MEMORY = (
+    "bad_alloc",
+    "can't allocate memory",
+    "cannot allocate memory",
+    "failed to allocate memory",
+    "not enough memory",
+    "out of memory",
+    "unable to allocate",
+)
+"""Parts of the messages, in lower case, by which libraries say that memory ran out."""
+
 
 class PolyPoseError(Exception):
-    """Base of every error whose message is one sentence meant for the user."""
+    """Base of every error whose message is one sentence meant for the user; a long one is cut."""
 
-    exit_status: int = 1
+    exit_status: int = FAULT_STATUS
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*(cut(each) if isinstance(each, str) else each for each in arguments))
 
 
 class InputError(PolyPoseError, ValueError):
@@ -29,6 +58,28 @@ class CancelledError(PolyPoseError):
     exit_status = 130
 
 
+def is_out_of_memory(error: BaseException) -> bool:
+    """Whether an error of any library says that memory ran out."""
+    if isinstance(error, MemoryError):
+        return True
+    if isinstance(error, OSError):
+        return error.errno == errno.ENOMEM
+    return isinstance(error, RuntimeError) and any(part in str(error).lower() for part in _OUT_OF_MEMORY)
+
+
+def memory_ran_out(what: str) -> InputError:
+    """The exception for a lack of memory at something: a file, or a stage."""
+    return InputError(f"{what}: memory ran out: {LESS_MEMORY}.")
+
+
+def cut(text: str, longest: int = LONGEST_SENTENCE) -> str:
+    """A text as it is, or its beginning and its end where it is too long for people."""
+    if len(text) <= longest:
+        return text
+    end = longest // 4
+    return f"{text[: longest - end - 5]} ... {text[-end:]}"
+
+
 def shown(value: Any) -> str:
     """A value as it may appear in such a sentence: as Python writes it, cut where it is long."""
     try:
@@ -40,8 +91,8 @@ def shown(value: Any) -> str:
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name most like this one, or None when none is alike."""
-    lowered = {each.lower(): each for each in known}
-    found = difflib.get_close_matches(name.lower(), lowered, n=1, cutoff=0.6)
+    lowered = {each[:_LONGEST_NAME].lower(): each for each in known}
+    found = difflib.get_close_matches(name[:_LONGEST_NAME].lower(), lowered, n=1, cutoff=0.6)
     return lowered[found[0]] if found else None
 
 

@@ -6,10 +6,13 @@ import logging
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TextIO
 
 from PolyPoseLib.data.progress import Progress, ProgressCallback
+from PolyPoseLib.errors import cut
+from PolyPoseLib.io.native_output import stderr_is_ours
 
 _BAR_WIDTH = 24
 _BAR_PAUSE_SECONDS = 0.1
@@ -95,15 +98,44 @@ def progress_display(kind: str) -> ProgressBar | JsonLines | NoProgress:
     return {"bar": ProgressBar, "json": JsonLines, "none": NoProgress}[kind]()
 
 
-def start_logging(quiet: bool) -> None:
-    """Send the package's log to stderr, one line a message."""
+class _OneLine(logging.Formatter):
+    """A message on one line, cut where what it repeats is too long for people."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Level and message."""
+        return cut(" ".join(super().format(record).split()))
+
+
+def start_logging(quiet: bool, debug: bool = False) -> None:
+    """Send the package's log to stderr, one line a message; with debug everything, quiet nothing but errors."""
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("%(levelname)s: %(message)s"))
+    handler.setFormatter(_OneLine("%(levelname)s: %(message)s"))
     logger = logging.getLogger("PolyPoseLib")
     logger.handlers[:] = [handler]
     logger.propagate = False
-    logger.setLevel(logging.ERROR if quiet else logging.INFO)
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where its caches are is no news to a user
+    logger.setLevel(logging.DEBUG if debug else logging.ERROR if quiet else logging.INFO)
+
+
+@contextmanager
+def libraries_quiet(debug: bool) -> Iterator[None]:
+    """Keep what other libraries say by themselves away from people for a block; with debug it is logged.
+
+    These are Python's warnings (RuntimeWarning and the like), the logs of other packages, and what native code writes
+    to stderr while files are read and written.
+    """
+    root = logging.getLogger()
+    handler: logging.Handler = logging.NullHandler()
+    if debug:
+        handler = logging.StreamHandler(sys.stderr)
+        handler.setFormatter(_OneLine("DEBUG: %(name)s: %(message)s"))
+    root.addHandler(handler)  # without one, Python prints warnings of every package to stderr
+    logging.captureWarnings(True)
+    try:
+        with stderr_is_ours():
+            yield
+    finally:
+        logging.captureWarnings(False)
+        root.removeHandler(handler)
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:

@@ -18,7 +18,7 @@ OVERLAP_TOLERANCE = 0.02
 FEW_VOXELS = 64
 """A structure with fewer voxels than this gets a warning: it can hardly be located in an X-ray."""
 
-_MAX_STRUCTURES = 1000
+MAX_STRUCTURES = 1000
 """More names are a mistake, and int16 labels must hold them."""
 
 
@@ -52,8 +52,8 @@ class Structures:
             raise InputError("The labels of structures must be a three-dimensional array of whole numbers.")
         if not names:
             raise InputError('"structures" is empty: name at least the anchor with its labels.')
-        if len(names) > _MAX_STRUCTURES:
-            raise InputError(f'"structures" holds {len(names)} names: give at most {_MAX_STRUCTURES}.')
+        if len(names) > MAX_STRUCTURES:
+            raise InputError(f'"structures" holds {len(names)} names: give at most {MAX_STRUCTURES}.')
         if len(set(names)) != len(names) or not all(isinstance(name, str) and name for name in names):
             raise InputError("Every structure needs a name of its own that is not empty.")
         low, high = int(labels.min()), int(labels.max())

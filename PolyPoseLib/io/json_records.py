@@ -24,6 +24,9 @@ from PolyPoseLib.geometry.rigid import is_real_number, real_array
 T = TypeVar("T")
 Parser = Callable[[Any, str], T]
 
+LONGEST_TEXT = 10_000
+"""Characters of a text; longer ones are refused: they are no name, path or sentence."""
+
 MAX_DEPTH = 50
 """Objects and lists that are nested deeper are refused: what is read may be written again, which recursion limits."""
 
@@ -139,21 +142,21 @@ def string(value: Any, place: str) -> str:
     """Parse a text."""
     if not isinstance(value, str):
         raise _wrong(value, place, "a text")
-    return value
+    return _short(value, place)
 
 
 def nonempty(value: Any, place: str) -> str:
     """Parse a text that holds more than blanks."""
     if not isinstance(value, str) or not value.strip():
         raise _wrong(value, place, "a text that is not empty")
-    return value
+    return _short(value, place)
 
 
 def file_path(value: Any, place: str) -> str | Path:
     """Parse a path: a text of a file, or a Path of a caller."""
     if not isinstance(value, str | Path) or not str(value).strip():
         raise _wrong(value, place, "the path of a file")
-    return value
+    return value if isinstance(value, Path) else _short(value, place)
 
 
 def boolean(value: Any, place: str) -> bool:
@@ -282,6 +285,15 @@ def kind_of(value: Any) -> str:
     return names.get(type(value), "an object") if value != "" else "an empty text"
 
 
+def _short(text: str, place: str) -> str:
+    """A text that is not too long; raises InputError for others."""
+    if len(text) > LONGEST_TEXT:
+        raise InputError(
+            f"{place} is {_written(text)} and has {len(text)} characters: give at most {LONGEST_TEXT}."
+        )
+    return text
+
+
 def _wrong(value: Any, place: str, rule: str) -> InputError:
     """The sentence about a value that breaks its rule."""
     return InputError(f"{place} is {_written(value)}; give {rule}.")
@@ -290,7 +302,7 @@ def _wrong(value: Any, place: str, rule: str) -> InputError:
 def _written(value: Any) -> str:
     """A value as its file has it, cut where it is long."""
     try:
-        text = json.dumps(value, ensure_ascii=False)
+        text = json.dumps(value[:100] if isinstance(value, str | list | tuple) else value, ensure_ascii=False)
     except (TypeError, ValueError, RecursionError):
         return " ".join(shown(value).split())
     return text if len(text) <= 60 else text[:57] + "..."
@@ -307,7 +319,7 @@ def _unique_fields(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     fields: dict[str, Any] = {}
     for name, value in pairs:
         if name in fields:
-            raise InputError(f'the field "{name}" is given twice: keep one of them.')
+            raise InputError(f"the field {quoted(name)} is given twice: keep one of them.")
         fields[name] = value
     return fields
 

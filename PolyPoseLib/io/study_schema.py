@@ -9,7 +9,8 @@ from typing import Any
 
 from PolyPoseLib.data.label_names import TABLES
 from PolyPoseLib.data.options import Options
-from PolyPoseLib.errors import InputError, unknown_name
+from PolyPoseLib.data.structures import MAX_STRUCTURES
+from PolyPoseLib.errors import InputError, cut, unknown_name
 from PolyPoseLib.io.files import read_text
 from PolyPoseLib.io.json_records import Record, anything, kind_of, nonempty, parse_object, quoted
 from PolyPoseLib.io.xray.fields import FIELDS, XrayFields
@@ -18,6 +19,15 @@ VERSION = 1
 
 MAX_BYTES = 16 << 20
 """Larger study files are refused: one of a thousand X-rays has less than a megabyte."""
+
+MAX_XRAYS = 10_000
+"""More X-rays are refused."""
+
+MAX_LABELS = 65_536
+"""A structure with more labels is refused."""
+
+LONGEST_NAME = 200
+"""Characters of a structure's name."""
 
 REQUIRED = ("version", "ct", "segmentation", "structures", "anchor", "xrays")
 
@@ -73,7 +83,7 @@ def _check_version(record: Record) -> None:
     if isinstance(version, bool) or version != VERSION:
         newer = isinstance(version, int) and version > VERSION
         raise InputError(
-            f'"version" is {json.dumps(version)}, but this program reads version {VERSION}: '
+            f'"version" is {cut(json.dumps(version), 60)}, but this program reads version {VERSION}: '
             + ("update PolyPose." if newer else f"set it to {VERSION}.")
         )
 
@@ -84,14 +94,22 @@ def _check_structures(structures: Any, place: str) -> None:
         raise InputError(f'{place} must be an object {{"name": [labels]}}, not {kind_of(structures)}.')
     if not structures:
         raise InputError(f"{place} is empty: name at least the anchor with its labels.")
+    if len(structures) > MAX_STRUCTURES:
+        raise InputError(f"{place} holds {len(structures)} names: give at most {MAX_STRUCTURES}.")
     for structure, labels in structures.items():
         where = f"{place}.{quoted(structure)}"
         if not structure.strip():
             raise InputError(f"{place} holds a name that is empty: give it one.")
+        if len(structure) > LONGEST_NAME:
+            raise InputError(
+                f"{where} has a name of {len(structure)} characters: give at most {LONGEST_NAME}."
+            )
         if not isinstance(labels, list):
             raise InputError(f"{where} must be a list of labels such as [25, 26], not {kind_of(labels)}.")
         if not labels:
             raise InputError(f"{where} is empty: list at least one label, or remove the structure.")
+        if len(labels) > MAX_LABELS:
+            raise InputError(f"{where} lists {len(labels)} labels: give at most {MAX_LABELS}.")
         for label in labels:
             number = isinstance(label, int) and not isinstance(label, bool) and label > 0
             if not number and not (isinstance(label, str) and label.strip()):
@@ -107,6 +125,8 @@ def _check_xrays(xrays: Any) -> None:
         raise InputError(f'"xrays" must be a list of objects, not {kind_of(xrays)}.')
     if not xrays:
         raise InputError('"xrays" is empty: at least one X-ray is needed, two or more to find depth.')
+    if len(xrays) > MAX_XRAYS:
+        raise InputError(f'"xrays" holds {len(xrays)} entries: give at most {MAX_XRAYS}.')
     seen: dict[tuple[str, str], int] = {}
     for number, xray in enumerate(xrays):
         where = f'"xrays"[{number}]'

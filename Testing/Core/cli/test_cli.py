@@ -231,11 +231,11 @@ def test_a_result_not_to_be_trusted_is_kept_but_status_3(study, monkeypatch, cap
         (CancelledError("stopped"), 130, "stopped"),
         (KeyboardInterrupt(), 130, "interrupted"),
         (UntrustedResultError("no overlap"), 3, "no overlap"),
-        (MemoryError(), 1, "memory"),
-        (ZeroDivisionError("oops"), 1, "unexpected fault"),
+        (MemoryError(), 2, "memory ran out: crop the CT"),
+        (ZeroDivisionError("oops"), 70, "this is a fault of PolyPose (ZeroDivisionError: oops)"),
         (PermissionError(13, "Permission denied", "/a/b"), 2, "/a/b: the system refuses"),
-        (OSError(28, "No space left on device"), 2, "no space is left"),
-        (OSError(5, "Input/output error"), 1, "unexpected fault"),
+        (OSError(28, "No space left on device"), 2, "the disk is full"),
+        (OSError(5, "Input/output error"), 70, "this is a fault"),
     ],
 )
 def test_every_end_has_its_status(study, monkeypatch, capsys, error, expected, words):
