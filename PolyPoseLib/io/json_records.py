@@ -116,6 +116,11 @@ class Record:
         self.fields: Mapping[str, Any] = fields
         self.opening = opening
 
+    @classmethod
+    def within(cls, value: Any, place: str) -> Record:
+        """Parse an object into a record whose fields are named after its place."""
+        return cls(value, f"{place}.")
+
     def place(self, key: str) -> str:
         """How sentences name a field."""
         return self.opening + quoted(key)

@@ -10,14 +10,14 @@ import numpy as np
 
 from PolyPoseLib.data.result import INTERVALS, CameraResult, Result, StructureResult
 from PolyPoseLib.data.volume import AIR_HU, Volume
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.geometry.camera import Camera, require_intrinsics
 from PolyPoseLib.geometry.rigid import require_rigid
 from PolyPoseLib.io.files import read_text
 from PolyPoseLib.io.json_records import (
     Record,
-    anything,
     array,
+    boolean,
     json_text,
     list_of,
     object_of,
@@ -177,13 +177,17 @@ def load_result(folder: str | Path) -> Result:
     try:
         structures = record.required("structures", object_of(_read_structure))
         cameras = record.required("cameras", list_of(_read_camera))
-        history = record.required("similarity", list_of(object_of(anything)))
+        history = record.required("similarity", list_of(_read_step))
         seconds = record.required("seconds", object_of(real))
         device = record.required("device", string)
         versions = record.required("versions", object_of(string))
         warnings = record.required("warnings", list_of(string))
         distrust = record.required("distrust", list_of(string)) if "distrust" in fields else []
         anchor = record.optional("anchor", string) or ""
+        if record.optional("trusted", boolean) not in (None, not distrust):
+            raise InputError('"trusted" and "distrust" contradict each other.')
+        if anchor and anchor not in structures:
+            raise InputError('"anchor": ' + unknown_name("structure", anchor, structures))
     except InputError as error:
         raise InputError(f"{path}: the file is damaged, register again: {error}") from error
     return Result(
@@ -205,26 +209,46 @@ def load_result(folder: str | Path) -> Result:
     )
 
 
+def _read_step(value: Any, place: str) -> dict[str, Any]:
+    """One iteration of the history, as it is stated; further fields are left alone."""
+    record = Record(value, f"{place}.")
+    for name, parser in (
+        ("stage", string),
+        ("iteration", whole_number(0)),
+        ("similarity", real_or_nan),
+        ("seconds", real),
+    ):
+        if name in record.fields:
+            record.required(name, parser)
+    return dict(record.fields)
+
+
 def _read_structure(value: Any, place: str) -> StructureResult:
     """One structure of result.json."""
     record = Record(value, f"{place}.")
-    motion = record.required("motion", lambda each, where: Record(each, f"{where}."))
+    motion = record.required("motion", Record.within)
+    centroid = motion.optional("centroid_mm", array(3))  # where earlier files had it
+    given = record.optional("centroid", array(3))
     return StructureResult(
         record.required("fixed_to_moving", require_rigid),
         motion.required("rotation_deg", real_or_nan),
         motion.required("translation_mm", array(3, finite=False)),
         motion.required("axis", array(3, finite=False)),
         record.optional("uncertainty", _read_uncertainty),
-        record.optional("centroid", array(3)),
+        centroid if given is None else given,
     )
 
 
 def _read_uncertainty(value: Any, place: str) -> dict[str, Any]:
     """A structure's intervals as they are stated, once those that people are shown are known to be numbers."""
     record = Record(value, f"{place}.")
-    for name, shape in INTERVALS.items():
+    for name, shape in {**INTERVALS, "covariance": (6, 6)}.items():
         if name in record.fields:
             record.required(name, array(*shape, finite=False))  # null stands for a number that is not finite
+    directions = record.optional("directions", Record.within)
+    if directions is not None:
+        directions.required("along", array(3, finite=False))
+        directions.required("across", array(2, 3, finite=False))
     return dict(record.fields)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.transform_reading import read_displacement_field
 from PolyPoseLib.io.whole_files import replaced_whole
 
 TRANSFORM_ENDINGS = (".h5", ".hdf5")
@@ -32,20 +33,14 @@ def write_transform(field: DisplacementField, path: str | Path) -> None:
 
 
 def read_transform(path: str | Path) -> DisplacementField:
-    """Read an ITK transform file that holds one displacement field; raises InputError for any other."""
-    import SimpleITK as sitk
-
+    """Read an ITK transform file that holds one displacement field, in bounded time; raises InputError otherwise."""
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; give a transform written by PolyPose.")
     try:
-        transform = sitk.DisplacementFieldTransform(sitk.ReadTransform(str(path)))
-    except (RuntimeError, ValueError) as error:
-        raise InputError(
-            f"{path}: does not hold a displacement field ({last_line(error)}); "
-            "give a transform.h5 written by PolyPose."
-        ) from error
-    return DisplacementField.from_sitk_image(transform.GetDisplacementField())
+        return read_displacement_field(path)
+    except InputError as error:
+        raise InputError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
 
 
 def preview_writer(path: Path) -> Callable[[DisplacementField], str | None]:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -61,7 +60,7 @@ def load_folder(
         labels=_numbers_in(result.warped_labels.voxels),
         overlapping=_warp_overlapping(study, result) if study is not None else [],
         xrays=_read_xrays(study_file) if study_file is not None else [],
-        centroids=structure_centroids(study) if study is not None else _stored_centroids(folder),
+        centroids=structure_centroids(study) if study is not None else _stored_centroids(result),
         report=report.read_bytes() if report.is_file() else None,
     )
 
@@ -112,18 +111,18 @@ def cropped(labels: Voxels) -> Voxels:
 def _read_xrays(study_file: Path) -> list[LoadedXray]:
     """The X-rays of a study as the registration reads them; none when one cannot be read again."""
     from PolyPoseLib.errors import PolyPoseError
+    from PolyPoseLib.io import study_schema
     from PolyPoseLib.io.xray.read import read_xray
 
-    fields = json.loads(study_file.read_text(encoding="utf-8"))
     xrays = []
-    for entry in fields["xrays"]:
-        try:
+    try:
+        for entry in study_schema.read(study_file)["xrays"]:
             xray = read_xray(study_file.parent / entry["image"], fields=entry, frame=entry.get("frame"))
-        except PolyPoseError as error:
-            logging.warning("The X-rays are not shown beside their renderings: %s", error)
-            return []
-        distance = getattr(xray, "source_to_detector_mm", None)
-        xrays.append(LoadedXray(entry.get("name", xray.name), np.asarray(xray.image), distance))
+            distance = getattr(xray, "source_to_detector_mm", None)
+            xrays.append(LoadedXray(entry.get("name", xray.name), np.asarray(xray.image), distance))
+    except PolyPoseError as error:
+        logging.warning("The X-rays are not shown beside their renderings: %s", error)
+        return []
     return xrays
 
 
@@ -149,20 +148,18 @@ def structure_centroids(study: StudyData) -> dict[str, np.ndarray]:
     return centroids
 
 
-def _stored_centroids(folder: Path) -> dict[str, np.ndarray]:
-    """Centroids that result.json may hold, or those that follow from its motions.
+def _stored_centroids(result: Result) -> dict[str, np.ndarray]:
+    """Centroids that a result states, or those that follow from its motions.
 
     A motion's displacement d = (R - I) c + t determines the centroid c up to a shift along the axis; the
     shortest c is taken, which is exact for that motion itself.
     """
-    fields: dict[str, Any] = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     centroids = {}
-    for name, each in fields["structures"].items():
-        given = each.get("centroid") or each.get("motion", {}).get("centroid_mm")
-        if given is not None:
-            centroids[name] = np.array(given, dtype=np.float64)
+    for name, each in result.structures.items():
+        if each.centroid is not None:
+            centroids[name] = each.centroid
             continue
-        motion = np.linalg.inv(np.array(each["fixed_to_moving"], dtype=np.float64))
-        shift = np.array(each["motion"]["translation_mm"], dtype=np.float64) - motion[:3, 3]
+        motion = np.linalg.inv(each.fixed_to_moving)
+        shift = each.translation_mm - motion[:3, 3]
         centroids[name] = np.linalg.pinv(motion[:3, :3] - np.eye(3), rcond=1e-9) @ shift
     return centroids

@@ -6,6 +6,8 @@ import pytest
 from result_case import make_result
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io import results
+from PolyPoseLib.io.json_records import json_text
 from PolyPoseLib.io.results import load_result
 
 REFLECTION = [[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
@@ -20,6 +22,16 @@ CHANGES = [
     ((*FEMUR, "uncertainty"), [1, 2], r'"femur"."uncertainty" is \[1, 2\]; give an object'),
     ((*FEMUR, "uncertainty", "along_mm"), "x", '"along_mm" is "x"; give one number'),
     ((*FEMUR, "uncertainty", "across_mm"), 1, '"across_mm" is 1; give 2 numbers'),
+    ((*FEMUR, "uncertainty", "covariance"), [[1, 2]] * 6, '"covariance" is .*; give 6 x 6 numbers'),
+    ((*FEMUR, "uncertainty", "covariance", 0, 1), ["1", "2", "3"], '"covariance" is'),
+    (
+        (*FEMUR, "uncertainty", "directions"),
+        {"along": [1, 2, 3]},
+        '"directions"."across"|"across" is missing',
+    ),
+    ((*FEMUR, "centroid"), [1, 2], '"femur"."centroid" is'),
+    ((*FEMUR, "motion", "centroid_mm"), "x", '"centroid_mm" is "x"; give 3 finite numbers'),
+    ((*FEMUR, "motion", "axis"), [1, "2", 3], '"motion"."axis" is'),
     (("structures",), [], '"structures" is'),
     (("cameras",), {}, '"cameras" is'),
     (("cameras", 0, "K"), [[0] * 3] * 3, r'"cameras"\[0\]."K"'),
@@ -36,6 +48,12 @@ CHANGES = [
     (("distrust",), None, '"distrust" is null'),
     (("similarity",), 5, '"similarity" is 5'),
     (("similarity",), [5], r'"similarity"\[0\] is 5; give an object'),
+    (("similarity", 0, "iteration"), -1, r'"similarity"\[0\]."iteration" is -1; give a whole number'),
+    (("similarity", 0, "similarity"), "x", r'"similarity"\[0\]."similarity" is "x"; give a finite number'),
+    (("similarity", 0, "stage"), 5, r'"similarity"\[0\]."stage" is 5; give a text'),
+    (("trusted",), "yes", '"trusted" is "yes"; give true or false'),
+    (("trusted",), False, '"trusted" and "distrust" contradict'),
+    (("anchor",), "skull", '"anchor": The structure "skull" is not known'),
 ]
 
 
@@ -57,6 +75,57 @@ def test_a_changed_field_is_refused(folder, place, value, words):
     with pytest.raises(InputError, match=words) as caught:
         load_result(folder)
     assert "result.json: " in str(caught.value) and "\n" not in str(caught.value)
+
+
+def places(value, place=()):
+    """Every place in a JSON value, from the outside in."""
+    yield place
+    inner = (
+        value.items() if isinstance(value, dict) else enumerate(value[:2]) if isinstance(value, list) else ()
+    )
+    for name, each in inner:
+        yield from places(each, (*place, name))
+
+
+def replaced(value, place, new):
+    """A JSON value with another one at a place."""
+    if not place:
+        return new
+    value = dict(value) if isinstance(value, dict) else list(value)
+    value[place[0]] = replaced(value[place[0]], place[1:], new)
+    return value
+
+
+def test_whatever_stands_anywhere_is_refused_in_a_sentence_or_can_be_used(folder, monkeypatch):
+    folder, text = folder
+    (folder / "result.json").write_text(text)
+    whole = load_result(folder)
+    monkeypatch.setattr(results, "read_volume", lambda path: whole.warped_ct)
+    monkeypatch.setattr(results, "read_transform", lambda path: whole.transform)
+    fields, refused = json.loads(text), 0
+    for place in list(places(fields)):
+        for new in ("x", "", [], {}, None, True, -1, 1e308, [[1.0]], {"a": [None]}):
+            changed = replaced(fields, place, new)
+            (folder / "result.json").write_text(json.dumps(changed))
+            try:
+                result = load_result(folder)
+            except InputError as error:
+                assert "\n" not in str(error) and len(str(error)) < 500
+                refused += 1
+            else:
+                again = results.result_fields(result)
+                assert json.loads(json_text(again))["structures"].keys() == changed["structures"].keys()
+    assert refused > 500
+    (folder / "result.json").write_text(text)
+
+
+def test_a_centroid_in_the_place_of_earlier_files_is_read(folder):
+    folder, text = folder
+    fields = json.loads(text)
+    femur = fields["structures"]["femur"]
+    femur["motion"]["centroid_mm"] = femur.pop("centroid")
+    (folder / "result.json").write_text(json.dumps(fields))
+    assert load_result(folder).structures["femur"].centroid.tolist() == femur["motion"]["centroid_mm"]
 
 
 def test_numbers_too_large_for_a_float_are_refused(folder):
