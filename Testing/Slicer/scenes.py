@@ -136,7 +136,7 @@ def result(
     pose[:3, 3] = (1.0, 2.0, 3.0)
     camera = Camera(*camera_matrix(), 40, 30)
     drawn = [np.full((40, 30), 0.5 + n, np.float32) for n in range(2)]
-    interval = {"level": 0.95, "along_mm": 0.4, "across_mm": [0.1, 0.2], "covariance": [[1.0, 0.0]]}
+    interval = {"level": 0.95, "along_mm": 0.4, "across_mm": [0.1, 0.2], "covariance": np.eye(6).tolist()}
     return Result(
         structures={
             "pelvis": StructureResult.from_pose(np.eye(4), np.array([10.0, -20.0, 30.0])),

@@ -176,6 +176,23 @@ class ModuleTest(SlicerTestCase):
             self.logic().loadResult(self.folder / "nowhere")
         self.assertEqual(slicer.mrmlScene.GetNumberOfNodes(), before)
 
+    def test_a_damaged_result_is_refused_in_a_sentence(self) -> None:
+        folder = scenes.save_result(self.folder / "given")
+        fields = json.loads((folder / "result.json").read_text())
+        first = next(iter(fields["structures"].values()))
+        for wrong in ("x", "", [], [1, None, 3]):
+            first["motion"]["centroid_mm"] = wrong
+            (folder / "result.json").write_text(json.dumps(fields))
+            with self.assertRaisesRegex(InputError, r'result\.json: .*"centroid_mm"'):
+                self.logic().loadResult(folder)
+        del first["motion"]["centroid_mm"]
+        (folder / "result.json").write_text(json.dumps(fields))
+        transform = bytearray((folder / "transform.h5").read_bytes())
+        transform[transform.index(b"GCOL") + 24] = 255  # which keeps the HDF5 library busy for ever
+        (folder / "transform.h5").write_bytes(transform)
+        with self.assertRaisesRegex(InputError, r"transform\.h5"):
+            self.logic().loadResult(folder)
+
     def test_loading_into_nodes_that_exist_fills_them(self) -> None:
         folder = scenes.save_result(self.folder / "given")
         nodes = calls.load(folder)
