@@ -12,7 +12,7 @@ import torch
 
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, memory_ran_out
 from PolyPoseLib.io.files import refuse_special_file
 from PolyPoseLib.io.whole_files import FileClaim, replaced_whole
 from PolyPoseLib.learned.camera_model import CameraModel
@@ -165,6 +165,8 @@ def read_tensors(path: Path, what: str) -> dict[str, Any]:
         raise InputError(f"{path}: the file cannot be read ({error.strerror}); check it.") from error
     except InputError:
         raise
+    except MemoryError as error:
+        raise memory_ran_out(str(path)) from error
     except Exception as error:  # torch raises many kinds for files that are damaged or hostile
         raise InputError(f"{path}: this is no {what}, or a damaged one: train it again.") from error
     if not isinstance(fields, dict):

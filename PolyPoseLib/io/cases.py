@@ -11,6 +11,7 @@ import numpy as np
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.data.xray import CAMERA_STATES
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.images import write_image
 from PolyPoseLib.io.json_records import json_text
 from PolyPoseLib.io.truths import save_truth
 from PolyPoseLib.io.volumes import write_volume
@@ -180,4 +181,4 @@ def _write_nifti(image: np.ndarray, path: Path) -> None:
     """Write an image (H, W) of line integrals row by row."""
     import SimpleITK as sitk
 
-    sitk.WriteImage(sitk.GetImageFromArray(np.asarray(image, dtype=np.float32)), str(path))
+    write_image(sitk.GetImageFromArray(np.asarray(image, dtype=np.float32)), path)

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from PolyPoseLib.data.volume import Volume
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, is_out_of_memory, memory_ran_out
 from PolyPoseLib.io.dicom import complete_meta, quiet_pydicom, raw_value, refuse_short
 from PolyPoseLib.io.files import refuse_special_file
+from PolyPoseLib.io.native_output import native_output_logged
 from PolyPoseLib.io.slice_stack import Slice, sorted_slices, stack_affine
 
 MAX_FILES = 20_000
@@ -74,6 +75,8 @@ def _headers(path: Path) -> list[tuple[Path, Any]]:
     for file in files:
         try:
             header = pydicom.dcmread(file, stop_before_pixels=True, specific_tags=_TAGS)
+        except MemoryError as error:
+            raise memory_ran_out(str(file)) from error
         except Exception:  # no DICOM, or damaged; pydicom raises nearly every kind
             continue
         if "Rows" in header and "SeriesInstanceUID" in header:
@@ -217,6 +220,7 @@ def _slice(file: Path, header: Any, place: Any, frame: int | None) -> Slice:
     return Slice(file, numbers["ImagePositionPatient"], axes, tuple(numbers["PixelSpacing"]), size, frame)
 
 
+@native_output_logged()
 def _pixels(path: Path, slices: Sequence[Slice]) -> np.ndarray:
     """Voxels (k, j, i) with rescale slope and intercept applied (DICOM C.11.1)."""
     import SimpleITK as sitk
@@ -230,7 +234,9 @@ def _pixels(path: Path, slices: Sequence[Slice]) -> np.ndarray:
     reader.SetFileNames([str(each.path) for each in slices])
     try:
         image = reader.Execute()
-    except RuntimeError as error:
+    except (RuntimeError, MemoryError) as error:
+        if is_out_of_memory(error):
+            raise memory_ran_out(str(path)) from error
         raise InputError(
             f"{path}: the slices cannot be read (damaged or unknown compression): export again."
         ) from error
@@ -249,6 +255,8 @@ def _whole_file(path: Path) -> Any:
         whole = pydicom.dcmread(path)
         complete_meta(whole)
         missing = "PixelData" not in whole or not whole.PixelData
+    except MemoryError as error:
+        raise memory_ran_out(str(path)) from error
     except Exception:
         raise InputError(
             f"{path}: the DICOM header does not say how the pixels are stored, or is damaged: export the series "
@@ -268,6 +276,8 @@ def _frame_pixels(slices: Sequence[Slice]) -> np.ndarray:
     whole = _whole_file(slices[0].path)
     try:
         frames = whole.pixel_array
+    except MemoryError as error:
+        raise memory_ran_out(str(slices[0].path)) from error
     except Exception as error:
         raise InputError(
             f"{slices[0].path}: the frames cannot be decompressed: pip install pylibjpeg "
@@ -283,6 +293,8 @@ def _frame_pixels(slices: Sequence[Slice]) -> np.ndarray:
             )
             voxels.append(apply_rescale(frames[each.frame], group[0] if group else whole))
         return np.stack(voxels).astype(np.float32)
+    except MemoryError as error:
+        raise memory_ran_out(str(slices[0].path)) from error
     except Exception as error:  # pydicom raises nearly every kind for values that are none
         raise InputError(
             f"{slices[0].path}: the rescale slope or intercept of its frames cannot be read: export the series again."

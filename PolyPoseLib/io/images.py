@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from PolyPoseLib.data.shear import SHEAR_FIX
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, is_out_of_memory, memory_ran_out
 from PolyPoseLib.io.detached_data import HEADER_ENDINGS, refuse_special_data
 from PolyPoseLib.io.files import refuse_special_file
+from PolyPoseLib.io.native_output import native_output_logged
 from PolyPoseLib.io.nifti import check_nifti, check_nifti_grid, pair_of
 from PolyPoseLib.io.readers import NIFTI_ENDINGS, reader_for
 
@@ -33,6 +34,7 @@ _HEADER_END = re.compile(rb"\n\r?\n|ElementDataFile")
 _SHEAR = re.compile(r"orthonormal|shear|skew", re.IGNORECASE)
 
 
+@native_output_logged()
 def read_image(path: str | Path) -> sitk.Image:
     """Read an image of any dimension, scalar or vector.
 
@@ -68,6 +70,8 @@ def read_image(path: str | Path) -> sitk.Image:
         _refuse_negative_spacing(path)
         return reader.Execute()
     except (RuntimeError, MemoryError) as error:
+        if is_out_of_memory(error):
+            raise memory_ran_out(str(path)) from error
         raise InputError(_read_failure(path, str(error))) from error
 
 
@@ -119,6 +123,7 @@ def read_scalar_image(path: str | Path) -> sitk.Image:
     return image
 
 
+@native_output_logged()
 def write_image(image: sitk.Image, path: Path) -> None:
     """Write an image, compressed, and check that all of it arrived; raises InputError otherwise."""
     import SimpleITK as sitk

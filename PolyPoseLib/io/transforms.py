@@ -7,6 +7,7 @@ from pathlib import Path
 
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.native_output import native_output_logged
 from PolyPoseLib.io.transform_reading import read_displacement_field
 from PolyPoseLib.io.whole_files import replaced_whole
 
@@ -14,6 +15,7 @@ TRANSFORM_ENDINGS = (".h5", ".hdf5")
 """Of the names of transform files."""
 
 
+@native_output_logged()
 def write_transform(field: DisplacementField, path: str | Path) -> None:
     """Write an ITK transform file (.h5) that Slicer, SimpleITK and ANTs read.
 

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from PolyPoseLib.data.notes import Notes
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, is_out_of_memory, memory_ran_out
 from PolyPoseLib.io.detached_data import HEADER_ENDINGS, data_place
 from PolyPoseLib.io.dicom import MAX_PIXELS
 from PolyPoseLib.io.files import refuse_special_file
+from PolyPoseLib.io.native_output import native_output_logged
 from PolyPoseLib.io.nifti import check_nifti
 from PolyPoseLib.io.readers import reader_for
 
@@ -26,6 +27,7 @@ def ending_of(path: Path) -> str:
     return next((end for end in PLAIN_ENDINGS if path.name.lower().endswith(end)), "")
 
 
+@native_output_logged()
 def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.ndarray, bool]:
     """Read one two-dimensional image.
 
@@ -67,7 +69,9 @@ def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.nda
         _refuse_hidden_damage(path, where)
     try:
         image = reader.Execute()
-    except (RuntimeError, MemoryError):
+    except (RuntimeError, MemoryError) as error:
+        if is_out_of_memory(error):
+            raise memory_ran_out(where) from error
         raise InputError(
             f"{where} is damaged or cut short: its pixels cannot be read; copy the file again."
         ) from None

@@ -12,7 +12,7 @@ import numpy as np
 from PolyPoseLib.data.landmarks import Landmarks
 from PolyPoseLib.data.notes import Notes
 from PolyPoseLib.data.xray import Xray
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, memory_ran_out
 from PolyPoseLib.geometry.distortion import undistorted
 from PolyPoseLib.io.dicom import open_dicom, quiet_pydicom
 from PolyPoseLib.io.xray.calibrated import Calibrated, with_calibration
@@ -158,6 +158,8 @@ def _read_dicom(
             return tags, values_of_dicom(tags, given, notes)
     except InputError:
         raise
+    except MemoryError as error:
+        raise memory_ran_out(notes.where) from error
     except Exception as error:
         raise InputError(
             f"{notes.where} is damaged: its DICOM attributes contradict each other; copy the file again."
