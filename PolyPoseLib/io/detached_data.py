@@ -59,6 +59,17 @@ def refuse_special_data(header: Path) -> None:
         refuse_special_file(header.parent / place, f'{header} reads its voxels from "{place}"')
 
 
+def is_in_several_files(header: Path) -> bool:
+    """Whether a header names a list or a sequence of files, or cannot be understood; other files are False."""
+    if not header.name.lower().endswith(HEADER_ENDINGS):
+        return False
+    try:
+        place = data_place(header)
+    except InputError:
+        return True
+    return place is not None and names_several_files(place)
+
+
 def names_several_files(place: str) -> bool:
     """Whether a place that data_place returned stands for a list or a numbered sequence of files."""
     return "%" in place or place.upper().startswith("LIST")

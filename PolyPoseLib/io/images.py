@@ -10,9 +10,10 @@ import numpy as np
 
 from PolyPoseLib.data.shear import SHEAR_FIX
 from PolyPoseLib.errors import InputError, is_out_of_memory, memory_ran_out
-from PolyPoseLib.io.detached_data import HEADER_ENDINGS, refuse_special_data
 from PolyPoseLib.io.files import refuse_special_file
 from PolyPoseLib.io.native_output import native_output_logged
+from PolyPoseLib.io.detached_data import HEADER_ENDINGS, is_in_several_files, refuse_special_data
+from PolyPoseLib.io.guarded import LIST_LIMITS, read_in_child
 from PolyPoseLib.io.nifti import check_nifti, check_nifti_grid, pair_of
 from PolyPoseLib.io.readers import NIFTI_ENDINGS, reader_for
 
@@ -56,6 +57,8 @@ def read_image(path: str | Path) -> sitk.Image:
     refuse_special_data(path)
     for half in pair_of(path):
         refuse_special_file(half)
+    if is_in_several_files(path):
+        return _read_parts(path)
     try:
         reader.ReadImageInformation()
         size = reader.GetSize()
@@ -72,6 +75,16 @@ def read_image(path: str | Path) -> sitk.Image:
     except (RuntimeError, MemoryError) as error:
         if is_out_of_memory(error):
             raise memory_ran_out(str(path)) from error
+        raise InputError(_read_failure(path, str(error))) from error
+
+
+def _read_parts(path: Path) -> sitk.Image:
+    """Read an image that is kept in several files, in a child: the toolkit does not survive some lists of names."""
+    _refuse_negative_spacing(path)
+    kind = "MetaImageIO" if path.name.lower().endswith((".mha", ".mhd")) else "NrrdImageIO"
+    try:
+        return read_in_child(path, kind, LIST_LIMITS)
+    except InputError as error:
         raise InputError(_read_failure(path, str(error))) from error
 
 

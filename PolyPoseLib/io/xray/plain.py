@@ -55,7 +55,7 @@ def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.nda
 
     refuse_special_file(path, where)
     _refuse_detached(path, where)
-    reader = reader_for(path)
+    reader = reader_for(path, where)
     try:
         reader.ReadImageInformation()
         size = reader.GetSize()

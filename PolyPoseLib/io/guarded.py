@@ -1,0 +1,141 @@
+"""Read a file in a child process, with limits of memory and time, and take the image over from there.
+
+For formats whose libraries may crash or read for hours where a file is damaged, and which are too large to be checked
+here first.  A child that dies or takes too long costs one sentence.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PolyPoseLib.errors import InputError
+
+if TYPE_CHECKING:
+    import SimpleITK as sitk
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a child may use, where the system can limit it.
+
+    Attributes
+    ----------
+    cpu_seconds
+        Computing time; after it the system ends the child.
+    wall_seconds
+        Time by the clock, for a child that waits instead of computing.
+    memory_bytes
+        Address space, and so the largest image.
+
+    """
+
+    cpu_seconds: int
+    wall_seconds: int
+    memory_bytes: int = 4 << 30
+
+
+TRANSFORM_LIMITS = Limits(cpu_seconds=5, wall_seconds=60)
+"""Of transform files: a sound one is read within a second."""
+
+LIST_LIMITS = Limits(cpu_seconds=120, wall_seconds=600, memory_bytes=16 << 30)
+"""Of images that are kept in several files."""
+
+_CHILD = """
+import sys
+kind, source, target, cpu_seconds, memory = sys.argv[1:]
+try:
+    import resource
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_CPU, (int(cpu_seconds), int(cpu_seconds) + 1))
+    resource.setrlimit(resource.RLIMIT_AS, (int(memory), int(memory)))
+except (ImportError, ValueError, OSError):
+    pass
+import SimpleITK as sitk
+try:
+    if kind == "transform":
+        image = sitk.DisplacementFieldTransform(sitk.ReadTransform(source)).GetDisplacementField()
+    else:
+        image = sitk.ReadImage(source, imageIO=kind)
+    sitk.WriteImage(image, target, False)
+except Exception as error:
+    sys.stdout.write((str(error).strip().splitlines() or [type(error).__name__])[-1].strip()[:300])
+    sys.exit(2)
+"""
+"""The child's program: it needs the toolkit alone, and starts within a fraction of a second."""
+
+
+def read_in_child(path: Path, kind: str, limits: Limits) -> sitk.Image:
+    """The image of a file, or the displacement field of a transform, that a child process has read.
+
+    Parameters
+    ----------
+    path
+        The file.
+    kind
+        "transform", or the name of the toolkit's reader.
+    limits
+        What the child may use.
+
+    Returns
+    -------
+    sitk.Image
+        Read from a whole file that the child wrote.
+
+    Raises
+    ------
+    InputError
+        The file is damaged, or the child died or took too long; the text is the reason alone.
+
+    """
+    import SimpleITK as sitk
+
+    with tempfile.TemporaryDirectory(prefix="polypose-") as folder:
+        target = Path(folder) / "read.mha"
+        arguments = [kind, str(path.resolve()), str(target), str(limits.cpu_seconds), str(limits.memory_bytes)]
+        try:
+            done = subprocess.run(
+                [_interpreter(), "-c", _CHILD, *arguments],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                timeout=limits.wall_seconds,
+                cwd=folder,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            raise _too_slow(limits) from None
+        if done.returncode == 2:
+            reason = " ".join(done.stdout.decode("utf-8", "replace").split())[:300]
+            raise InputError(reason or "it is damaged")
+        if _ran_out_of_time(done.returncode):
+            raise _too_slow(limits)
+        if done.returncode != 0 or not target.is_file():
+            raise InputError("it is damaged: the library that reads it does not survive it")
+        return sitk.ReadImage(str(target), imageIO="MetaImageIO")
+
+
+def _interpreter() -> str:
+    """Python, also in an application that embeds it: Slicer puts PythonSlicer on its PATH."""
+    name = Path(sys.executable or "").name.lower()
+    return sys.executable if name.startswith("python") else shutil.which("PythonSlicer") or sys.executable
+
+
+def _ran_out_of_time(status: int) -> bool:
+    """Whether the system ended a child because of its computing time."""
+    if os.name != "posix":
+        return False
+    import signal
+
+    return status in (-signal.SIGXCPU, -signal.SIGKILL)
+
+
+def _too_slow(limits: Limits) -> InputError:
+    """The error about a file that is read without an end."""
+    return InputError(f"it is damaged: reading it has not ended after {limits.cpu_seconds} seconds of computing")
