@@ -32,12 +32,12 @@ _OUT_OF_MEMORY = (
 
 
 class PolyPoseError(Exception):
-    """Base of every error whose message is one sentence meant for the user; a long one is cut."""
+    """Base of every error whose message is one sentence meant for the user, on one line; a long one is cut."""
 
     exit_status: int = FAULT_STATUS
 
     def __init__(self, *arguments: object) -> None:
-        super().__init__(*(cut(each) if isinstance(each, str) else each for each in arguments))
+        super().__init__(*(cut(one_line(each)) if isinstance(each, str) else each for each in arguments))
 
 
 class InputError(PolyPoseError, ValueError):
@@ -78,6 +78,20 @@ def cut(text: str, longest: int = LONGEST_SENTENCE) -> str:
         return text
     end = longest // 4
     return f"{text[: longest - end - 5]} ... {text[-end:]}"
+
+
+def one_line(text: str) -> str:
+    """A text as it is, or without what breaks a line or commands a console: blanks for white space, else escapes."""
+    if text.isprintable():
+        return text
+    return "".join(
+        each
+        if each.isprintable()
+        else " "
+        if each.isspace()
+        else each.encode("unicode_escape", "backslashreplace").decode("ascii")
+        for each in text
+    )
 
 
 def shown(value: Any) -> str:

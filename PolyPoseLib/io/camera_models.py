@@ -14,6 +14,7 @@ from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError, memory_ran_out
 from PolyPoseLib.io.files import refuse_special_file
+from PolyPoseLib.io.inflation import archive_holds_more
 from PolyPoseLib.io.whole_files import FileClaim, replaced_whole
 from PolyPoseLib.learned.camera_model import CameraModel
 from PolyPoseLib.learned.detector import VirtualDetector
@@ -157,6 +158,10 @@ def read_tensors(path: Path, what: str) -> dict[str, Any]:
         size = path.stat().st_size
         if size > MAX_BYTES:
             raise InputError(f"{path}: {size >> 20} MiB is too large for a {what}: give another file.")
+        if archive_holds_more(path, MAX_BYTES):
+            raise InputError(
+                f"{path}: it is compressed and grows beyond {MAX_BYTES >> 20} MiB: give another file."
+            )
         with path.open("rb") as file:
             fields = torch.load(file, map_location="cpu", weights_only=True)
     except FileNotFoundError as error:

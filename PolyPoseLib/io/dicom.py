@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import logging
 import re
 import warnings
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.inflation import BoundedFile, frame_fault
 
 if TYPE_CHECKING:
     from pydicom.dataset import Dataset
@@ -21,11 +22,6 @@ XRAY_MODALITIES = ("XA", "RF", "CR", "DX", "MG", "RTIMAGE", "IO", "PX", "RG", "D
 
 MAX_PIXELS = 1 << 26
 """Largest frame that is decoded: 8192 x 8192, more than any detector has."""
-
-MAX_INFLATED_BYTES = 1 << 30
-"""Most that a deflated file may hold."""
-
-_DEFLATED = ("1.2.840.10008.1.2.1.99",)
 
 
 @contextmanager
@@ -72,18 +68,17 @@ def open_dicom(path: Path, where: str) -> Dataset:
             f"{where} does not begin like a DICOM file; give the X-ray as DICOM, or as NIfTI, NRRD, PNG or TIFF with "
             "the usual ending."
         )
-    import pydicom
-
-    _refuse_inflating(path, where)
     with quiet_pydicom():
         try:
-            dataset = pydicom.dcmread(path, force=True)
+            dataset = read_dataset(path, force=True)
             complete_meta(dataset)
             rows, columns = dataset.get("Rows"), dataset.get("Columns")
             modality = str(dataset.get("Modality") or "").strip().upper()
             has_pixels = any(
                 key in dataset for key in ("PixelData", "FloatPixelData", "DoubleFloatPixelData")
             )
+        except InputError as error:
+            raise InputError(f"{where} {error}") from None
         except Exception:
             raise InputError(
                 f"{where} is damaged or cut short: its DICOM header cannot be read; copy the file again."
@@ -127,31 +122,39 @@ def complete_meta(dataset: Dataset) -> None:
     str(dataset.file_meta.TransferSyntaxUID)
 
 
-def _refuse_inflating(path: Path, where: str) -> None:
-    """Refuse a deflated file that would grow beyond what an X-ray can be."""
-    from pydicom.filereader import read_file_meta_info, read_preamble
+def read_dataset(path: Path, **options: Any) -> Dataset:
+    """Read a DICOM file by pydicom, however it is deflated no larger than an image can be.
 
+    Parameters
+    ----------
+    path
+        The file.
+    **options
+        Of pydicom.dcmread.
+
+    Raises
+    ------
+    InputError
+        It grows beyond the limit; the text is to follow the file's name.  Other errors are pydicom's own, of nearly
+        every kind.
+
+    """
+    import pydicom
+
+    with BoundedFile(io.FileIO(path)) as stream:
+        return pydicom.dcmread(stream, **options)
+
+
+def refuse_swollen(dataset: Dataset, where: str) -> None:
+    """Refuse compressed pixel data that would grow beyond what the header promises; raises InputError."""
     try:
-        with quiet_pydicom():
-            syntax = str(read_file_meta_info(path).get("TransferSyntaxUID", ""))
-    except Exception:
-        return
-    if syntax not in _DEFLATED:
-        return
-    with path.open("rb") as stream:
-        read_preamble(stream, force=True)
-        meta = read_file_meta_info(path)
-        stream.seek(144 + int(meta.get("FileMetaInformationGroupLength", 0)))
-        inflate, total = zlib.decompressobj(-zlib.MAX_WBITS), 0
-        while chunk := inflate.unconsumed_tail or stream.read(1 << 16):
-            try:
-                total += len(inflate.decompress(chunk, 1 << 20))
-            except zlib.error:
-                return
-            if total > MAX_INFLATED_BYTES:
-                raise InputError(
-                    f"{where} is compressed and grows beyond {MAX_INFLATED_BYTES >> 20} MiB; it cannot be one X-ray."
-                )
+        fault = frame_fault(dataset)
+    except Exception:  # pydicom raises nearly every kind for values that are none
+        raise InputError(
+            f"{where} is damaged or cut short: its compressed pixels cannot be found; copy the file again."
+        ) from None
+    if fault:
+        raise InputError(f"{where} is damaged: it {fault}; copy the file again or export it uncompressed.")
 
 
 def refuse_short(dataset: Dataset, where: str) -> None:

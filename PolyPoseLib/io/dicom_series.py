@@ -12,13 +12,24 @@ import numpy as np
 
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError, is_out_of_memory, memory_ran_out
-from PolyPoseLib.io.dicom import complete_meta, quiet_pydicom, raw_value, refuse_short
+from PolyPoseLib.io.dicom import (
+    complete_meta,
+    looks_like_dicom,
+    quiet_pydicom,
+    raw_value,
+    read_dataset,
+    refuse_short,
+    refuse_swollen,
+)
 from PolyPoseLib.io.files import refuse_special_file
 from PolyPoseLib.io.native_output import native_output_logged
 from PolyPoseLib.io.slice_stack import Slice, sorted_slices, stack_affine
 
 MAX_FILES = 20_000
 """A folder with more files than this is not opened: it is more than a CT."""
+
+_DICOM_ENDINGS = (".dcm", ".ima", ".dicom")
+"""Of names that only DICOM files have."""
 
 _PLACE_GROUPS = {
     "ImagePositionPatient": "PlanePositionSequence",
@@ -63,27 +74,62 @@ def read_dicom_volume(path: str | Path, series: str | int | None = None) -> Volu
 
 def _headers(path: Path) -> list[tuple[Path, Any]]:
     """(file, header) of every DICOM image under a folder, in the order of their names."""
-    import pydicom
-
     refuse_special_file(path)
     files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
     if len(files) > MAX_FILES:
         raise InputError(
             f"{path}: the folder holds {len(files)} files: put the slices into a folder of their own."
         )
-    headers = []
+    headers, others = [], []
     for file in files:
-        try:
-            header = pydicom.dcmread(file, stop_before_pixels=True, specific_tags=_TAGS)
-        except MemoryError as error:
-            raise memory_ran_out(str(file)) from error
-        except Exception:  # no DICOM, or damaged; pydicom raises nearly every kind
-            continue
-        if "Rows" in header and "SeriesInstanceUID" in header:
+        header = _header(file)
+        if header is not None and "Rows" in header and "SeriesInstanceUID" in header:
             headers.append((file, header))
+        else:
+            others.append((file, header))
+    names = {_shape(file) for file, _ in headers}
+    for file, header in others:
+        if _shape(file) in names or file.suffix.lower() in _DICOM_ENDINGS or looks_like_dicom(file):
+            _refuse_damaged(file, header)
     if not headers:
         raise InputError(f"{path}: there is no DICOM image here: give a folder of CT slices.")
     return headers
+
+
+def _header(file: Path) -> Any:
+    """The attributes of a DICOM file that are needed first; None when it is none, or damaged."""
+    try:
+        return read_dataset(file, stop_before_pixels=True, specific_tags=_TAGS)
+    except InputError as error:
+        raise InputError(f"{file} {error}") from None
+    except MemoryError as error:
+        raise memory_ran_out(str(file)) from error
+    except Exception:  # pydicom raises nearly every kind
+        return None
+
+
+def _shape(file: Path) -> str:
+    """The name of a file with every number alike, as the slices of a series have it."""
+    return re.sub(r"[0-9]+", "0", file.name.lower())
+
+
+def _refuse_damaged(file: Path, header: Any) -> None:
+    """Refuse a file that should be a slice but cannot be read as one; raises InputError that names it.
+
+    Sound files of other kinds lie beside slices: an index, structure sets, reports.
+    """
+    from pydicom.uid import UID
+
+    kind = ""
+    if header is not None:
+        stored = raw_value("MediaStorageSOPClassUID", getattr(header, "file_meta", None) or {})
+        kind = str(stored or raw_value("SOPClassUID", header) or "")
+    if kind and "Image Storage" not in UID(kind).name:
+        return
+    raise InputError(
+        f"{file}: this slice is damaged or cut short: its DICOM header cannot be read whole: copy the series again, or "
+        "remove the file if it is none of the slices."
+    )
 
 
 def _choose_series(
@@ -228,7 +274,7 @@ def _pixels(path: Path, slices: Sequence[Slice]) -> np.ndarray:
     if slices[0].frame is not None:
         return _frame_pixels(slices)
     for each in slices:
-        _whole_file(each.path)
+        refuse_swollen(_whole_file(each.path), str(each.path))
     reader = sitk.ImageSeriesReader()
     reader.SetImageIO("GDCMImageIO")
     reader.SetFileNames([str(each.path) for each in slices])
@@ -237,8 +283,9 @@ def _pixels(path: Path, slices: Sequence[Slice]) -> np.ndarray:
     except (RuntimeError, MemoryError) as error:
         if is_out_of_memory(error):
             raise memory_ran_out(str(path)) from error
+        file = next((each.path for each in slices if not _is_readable(each.path)), path)
         raise InputError(
-            f"{path}: the slices cannot be read (damaged or unknown compression): export again."
+            f"{file}: the pixels cannot be read (damaged or unknown compression): copy or export the series again."
         ) from error
     if image.GetNumberOfComponentsPerPixel() != 1:
         raise InputError(
@@ -247,16 +294,27 @@ def _pixels(path: Path, slices: Sequence[Slice]) -> np.ndarray:
     return sitk.GetArrayFromImage(image)
 
 
-def _whole_file(path: Path) -> Any:
-    """The dataset of a file whose pixels are all there; raises InputError otherwise."""
-    import pydicom
+def _is_readable(file: Path) -> bool:
+    """Whether the toolkit reads one slice by itself."""
+    import SimpleITK as sitk
 
     try:
-        whole = pydicom.dcmread(path)
+        sitk.ReadImage(str(file), imageIO="GDCMImageIO")
+    except RuntimeError:
+        return False
+    return True
+
+
+def _whole_file(path: Path) -> Any:
+    """The dataset of a file whose pixels are all there; raises InputError otherwise."""
+    try:
+        whole = read_dataset(path)
         complete_meta(whole)
         missing = "PixelData" not in whole or not whole.PixelData
     except MemoryError as error:
         raise memory_ran_out(str(path)) from error
+    except InputError as error:
+        raise InputError(f"{path} {error}") from None
     except Exception:
         raise InputError(
             f"{path}: the DICOM header does not say how the pixels are stored, or is damaged: export the series "
@@ -274,6 +332,7 @@ def _frame_pixels(slices: Sequence[Slice]) -> np.ndarray:
     from pydicom.pixels.processing import apply_rescale
 
     whole = _whole_file(slices[0].path)
+    refuse_swollen(whole, str(slices[0].path))
     try:
         frames = whole.pixel_array
     except MemoryError as error:

@@ -1,7 +1,7 @@
-"""Read a file in a child process, with limits of memory and time, and take the image over from there.
+"""Read an image in a child process, with limits of memory and time, and take it over from there.
 
-For formats whose libraries may crash or read for hours where a file is damaged, and which are too large to be checked
-here first.  A child that dies or takes too long costs one sentence.
+For files that the toolkit may not survive and that cannot be checked first, such as lists of other files.  A child that
+dies or takes too long costs one sentence.
 """
 
 from __future__ import annotations
@@ -41,9 +41,6 @@ class Limits:
     memory_bytes: int = 4 << 30
 
 
-TRANSFORM_LIMITS = Limits(cpu_seconds=5, wall_seconds=60)
-"""Of transform files: a sound one is read within a second."""
-
 LIST_LIMITS = Limits(cpu_seconds=120, wall_seconds=600, memory_bytes=16 << 30)
 """Of images that are kept in several files."""
 
@@ -59,11 +56,7 @@ except (ImportError, ValueError, OSError):
     pass
 import SimpleITK as sitk
 try:
-    if kind == "transform":
-        image = sitk.DisplacementFieldTransform(sitk.ReadTransform(source)).GetDisplacementField()
-    else:
-        image = sitk.ReadImage(source, imageIO=kind)
-    sitk.WriteImage(image, target, False)
+    sitk.WriteImage(sitk.ReadImage(source, imageIO=kind), target, False)
 except Exception as error:
     sys.stdout.write((str(error).strip().splitlines() or [type(error).__name__])[-1].strip()[:300])
     sys.exit(2)
@@ -72,14 +65,14 @@ except Exception as error:
 
 
 def read_in_child(path: Path, kind: str, limits: Limits) -> sitk.Image:
-    """The image of a file, or the displacement field of a transform, that a child process has read.
+    """The image of a file that a child process has read.
 
     Parameters
     ----------
     path
         The file.
     kind
-        "transform", or the name of the toolkit's reader.
+        Name of the toolkit's reader.
     limits
         What the child may use.
 
@@ -98,7 +91,13 @@ def read_in_child(path: Path, kind: str, limits: Limits) -> sitk.Image:
 
     with tempfile.TemporaryDirectory(prefix="polypose-") as folder:
         target = Path(folder) / "read.mha"
-        arguments = [kind, str(path.resolve()), str(target), str(limits.cpu_seconds), str(limits.memory_bytes)]
+        arguments = [
+            kind,
+            str(path.resolve()),
+            str(target),
+            str(limits.cpu_seconds),
+            str(limits.memory_bytes),
+        ]
         try:
             done = subprocess.run(
                 [_interpreter(), "-c", _CHILD, *arguments],
@@ -138,4 +137,6 @@ def _ran_out_of_time(status: int) -> bool:
 
 def _too_slow(limits: Limits) -> InputError:
     """The error about a file that is read without an end."""
-    return InputError(f"it is damaged: reading it has not ended after {limits.cpu_seconds} seconds of computing")
+    return InputError(
+        f"it is damaged: reading it has not ended after {limits.cpu_seconds} seconds of computing"
+    )

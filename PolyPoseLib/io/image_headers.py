@@ -1,4 +1,4 @@
-"""Headers of MetaImage and NRRD files that would end the process inside the toolkit, refused before it reads them.
+"""Headers of image files that would end the process inside the toolkit or hold it for hours, refused before it reads.
 
 Its parsers copy some fields into buffers of fixed size, take a number of axes without a bound, and use a file name as
 the format of a text.  The limits here were found by experiment, with a margin; whole and usual files are far from them.
@@ -10,7 +10,9 @@ import re
 from pathlib import Path
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.detached_data import MAX_HEADER_BYTES
+from PolyPoseLib.io.detached_data import HEADER_ENDINGS, MAX_HEADER_BYTES
+from PolyPoseLib.io.inflation import MAX_SKIPPED_BYTES
+from PolyPoseLib.io.nifti import NIFTI_ENDINGS, read_header
 
 MAX_FIELD_BYTES = 900
 """A longer standard field of NRRD overruns a buffer of the toolkit when it puts it into an error's text."""
@@ -22,13 +24,15 @@ MAX_AXES = 10
 """More axes overrun arrays of both formats."""
 
 _NRRD_END = re.compile(rb"\n\r?\n|\r\r")
+_COMPRESSED = re.compile(rb"[ \t]*encoding[ \t]*:[ \t]*(?:gz|bz)", re.IGNORECASE)
+_SKIP = re.compile(rb"[ \t]*(?:line|byte)[ \t]*skip[ \t]*:[ \t]*([-+]?[0-9]+)", re.IGNORECASE)
 _META_END = re.compile(rb"^[ \t]*ElementDataFile[^\n]*", re.MULTILINE | re.IGNORECASE)
 _META_AXES = re.compile(rb"^[ \t]*NDims[ \t]*[=:]?([^\n]*)", re.MULTILINE | re.IGNORECASE)
 _WHOLE = re.compile(rb"\d{1,2}")
 
 
 def refuse_hostile_header(path: Path, where: str) -> None:
-    """Refuse a MetaImage or NRRD file whose header the toolkit does not survive.
+    """Refuse a MetaImage, NRRD or NIfTI file whose header the toolkit does not survive.
 
     Parameters
     ----------
@@ -44,13 +48,20 @@ def refuse_hostile_header(path: Path, where: str) -> None:
 
     """
     name = path.name.lower()
-    if not name.endswith((".nrrd", ".nhdr", ".mha", ".mhd")) or not path.is_file():
+    if not path.is_file():
         return
-    with path.open("rb") as stream:
-        head = stream.read(MAX_HEADER_BYTES)
-    fault = (_nrrd_fault if name.endswith((".nrrd", ".nhdr")) else _metaimage_fault)(head)
+    if name.endswith(NIFTI_ENDINGS):
+        fault = _nifti_fault(path)
+    elif name.endswith(HEADER_ENDINGS):
+        with path.open("rb") as stream:
+            head = stream.read(MAX_HEADER_BYTES)
+        fault = (_nrrd_fault if name.endswith((".nrrd", ".nhdr")) else _metaimage_fault)(head)
+    else:
+        return
     if fault:
-        raise InputError(f"{where}: the file is damaged or no image: its header {fault}; save the image again.")
+        raise InputError(
+            f"{where}: the file is damaged or no image: its header {fault}; save the image again."
+        )
 
 
 def _nrrd_fault(head: bytes) -> str | None:
@@ -59,9 +70,12 @@ def _nrrd_fault(head: bytes) -> str | None:
     lines = re.split(rb"[\r\n]+", head[: end.start()] if end else head)
     if len(lines) > MAX_LINES:
         return f"has more than {MAX_LINES} fields"
+    compressed = any(_COMPRESSED.match(line) for line in lines)
     for line in lines:
         if _is_free_text(line):
             continue
+        if compressed and (skip := _SKIP.match(line)) and abs(int(skip[1][:20])) > MAX_SKIPPED_BYTES:
+            return f"skips more than {MAX_SKIPPED_BYTES >> 20} MiB of compressed voxels"
         field, _, value = line.partition(b":")
         if len(line) > MAX_FIELD_BYTES and field.strip().lower() != b"content":
             shown = field.decode("ascii", "replace")[:20].strip()
@@ -76,6 +90,15 @@ def _is_free_text(line: bytes) -> bool:
     key = line.find(b":=")
     colon = line.find(b": ")
     return line.startswith(b"#") or (key >= 0 and (colon < 0 or key < colon) and b"\0" not in line)
+
+
+def _nifti_fault(path: Path) -> str | None:
+    """What is wrong with the header of a NIfTI or Analyze file; None where nothing is, or where it is none."""
+    try:
+        offset = read_header(path).offset
+    except InputError:
+        return None
+    return None if offset <= MAX_SKIPPED_BYTES else "places the voxels beyond the end of any such file"
 
 
 def _metaimage_fault(head: bytes) -> str | None:

@@ -10,12 +10,12 @@ import numpy as np
 
 from PolyPoseLib.data.shear import SHEAR_FIX
 from PolyPoseLib.errors import InputError, is_out_of_memory, memory_ran_out
-from PolyPoseLib.io.files import refuse_special_file
-from PolyPoseLib.io.native_output import native_output_logged
 from PolyPoseLib.io.detached_data import HEADER_ENDINGS, is_in_several_files, refuse_special_data
+from PolyPoseLib.io.files import refuse_special_file
 from PolyPoseLib.io.guarded import LIST_LIMITS, read_in_child
-from PolyPoseLib.io.nifti import check_nifti, check_nifti_grid, pair_of
-from PolyPoseLib.io.readers import NIFTI_ENDINGS, reader_for
+from PolyPoseLib.io.native_output import native_output_logged
+from PolyPoseLib.io.nifti import NIFTI_ENDINGS, check_nifti, check_nifti_grid, pair_of
+from PolyPoseLib.io.readers import reader_for
 
 if TYPE_CHECKING:
     import SimpleITK as sitk

@@ -16,6 +16,10 @@ import numpy as np
 
 from PolyPoseLib.data.shear import SHEAR_FIX, SHEAR_TOLERANCE_MM, sideways_drift
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.inflation import MAX_SKIPPED_BYTES
+
+NIFTI_ENDINGS = (".nii", ".nii.gz", ".hdr", ".img", ".img.gz")
+"""Endings of NIfTI and Analyze images, in one file or in two."""
 
 HEADERS = (".hdr", ".hdr.gz")
 """Endings of the file of a pair that holds the header."""
@@ -60,8 +64,8 @@ def check_nifti(path: Path) -> None:
         The sentence names the file at fault.
 
     """
-    header_file, voxel_file = _files(path)
-    header = _read_header(header_file)
+    voxel_file = _files(path)[1]
+    header = read_header(path)
     try:
         with _opened(voxel_file) as stream:
             wrong = _count_not_finite(stream, header)
@@ -90,7 +94,7 @@ def check_nifti_grid(path: Path) -> None:
         The sentence names the file and the fix.
 
     """
-    header = _read_header(_files(path)[0])
+    header = read_header(path)
     spacing = header.spacing[: min(len(header.sizes), 3)]
     if not (np.isfinite(spacing).all() and (spacing != 0).all()):
         shown = ", ".join(f"{each:g}" for each in spacing)
@@ -107,7 +111,7 @@ def check_nifti_grid(path: Path) -> None:
         raise InputError(f"{path}: its lengths are in {unit} (xyzt_units): save it again in millimetres.")
 
 
-def _check_sform(header: _Header, path: Path) -> None:
+def _check_sform(header: Header, path: Path) -> None:
     """Refuse an sform in the patient's space whose axes are sheared or of other lengths than the spacing.
 
     The toolkit puts the qform or pixdim in its place without a warning.  Raises InputError.
@@ -157,7 +161,7 @@ def _damaged(path: Path) -> InputError:
 
 
 @dataclass(frozen=True)
-class _Header:
+class Header:
     """What a NIfTI header says, or one of Analyze 7.5, which has the same fields but for unit and pose.
 
     Attributes
@@ -191,8 +195,21 @@ class _Header:
     axes: np.ndarray | None
 
 
-def _read_header(path: Path) -> _Header:
-    """The NIfTI-1 or Analyze 7.5 header of a file; raises InputError when it is none, or in the wrong kind of file."""
+def read_header(path: Path) -> Header:
+    """The NIfTI-1 or Analyze 7.5 header of a file or pair.
+
+    Parameters
+    ----------
+    path
+        Of the one file, or of either half.
+
+    Raises
+    ------
+    InputError
+        It is none, or in the wrong kind of file.
+
+    """
+    path = _files(path)[0]
     try:
         with _opened(path) as stream:
             return _header(stream.read(352), path.name.lower().endswith(HEADERS))
@@ -200,7 +217,7 @@ def _read_header(path: Path) -> _Header:
         raise _damaged(path) from error
 
 
-def _header(start: bytes, is_half: bool) -> _Header:
+def _header(start: bytes, is_half: bool) -> Header:
     """The header in a file's first bytes; raises ValueError when it is none.
 
     is_half: whether the voxels are in a file of their own, which the header of a NIfTI must say as well.
@@ -214,7 +231,7 @@ def _header(start: bytes, is_half: bool) -> _Header:
     codes = np.frombuffer(start, order + "i2", 2, 252) * is_nifti
     qform, sform = codes > 0
     numbers = np.frombuffer(start, order + "f4", 18, 256)
-    return _Header(
+    return Header(
         order=order,
         sizes=sizes[1 : int(sizes[0]) + 1],
         spacing=np.frombuffer(start, order + "f4", 7, 80),
@@ -226,12 +243,12 @@ def _header(start: bytes, is_half: bool) -> _Header:
     )
 
 
-def _count_not_finite(stream: BufferedIOBase, header: _Header) -> int:
+def _count_not_finite(stream: BufferedIOBase, header: Header) -> int:
     """Voxels that are no numbers; raises ValueError when the file is shorter than its header says."""
     if header.kind not in _BYTES:
         raise ValueError("no datatype that is read")
     left, wrong = np.prod(np.maximum(header.sizes, 1)) * _BYTES[header.kind], 0
-    if not 0 <= header.offset < np.inf:
+    if not 0 <= header.offset <= MAX_SKIPPED_BYTES:
         raise ValueError("no offset")
     stream.seek(int(header.offset))
     dtype = _FLOATS.get(header.kind)

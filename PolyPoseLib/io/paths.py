@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, cut, shown
 from PolyPoseLib.io.detached_data import HEADER_ENDINGS, data_place, names_several_files
 from PolyPoseLib.io.files import refuse_special_file
 from PolyPoseLib.io.nifti import pair_of
@@ -17,12 +17,12 @@ def resolve(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
     Links are followed first, so a link that leaves the folder is refused as "../" is. Raises InputError.
     """
     target = _named(name, field, folder, allow_outside)
-    refuse_special_file(target, f'"{field}" names "{name}"')
+    refuse_special_file(target, f'"{field}" names {_shown(name)}')
     if not allow_outside:
         for part, place in _parts(target, field, name):
             if not _is_inside(place, folder):
                 raise InputError(
-                    f'"{field}" names "{name}", which reads "{part.name}" outside the study\'s folder: '
+                    f'"{field}" names {_shown(name)}, which reads "{part.name}" outside the study\'s folder: '
                     "move that into the folder, or allow it with --allow-outside."
                 )
     return target
@@ -36,23 +36,32 @@ def _named(name: str, field: str, folder: Path, allow_outside: bool) -> Path:
         target = path.resolve()
         exists = target.exists()
     except (OSError, RuntimeError, ValueError) as error:
-        raise InputError(f'"{field}" names "{name}", a path that cannot be followed: correct it.') from error
+        raise InputError(
+            f'"{field}" names {_shown(name)}, a path that cannot be followed: correct it.'
+        ) from error
     if not allow_outside and not _is_inside(target, folder):
         raise InputError(
-            f'"{field}" names "{name}", outside the study\'s folder: move it into the folder, or allow it '
+            f'"{field}" names {_shown(name)}, outside the study\'s folder: move it into the folder, or allow it '
             "with --allow-outside."
         )
     if not exists:
         raise InputError(
-            f'"{field}" names "{name}", but there is no such file in {folder}: correct the name.'
+            f'"{field}" names {_shown(name)}, but there is no such file in {folder}: correct the name.'
         )
     return target
+
+
+def _shown(name: str) -> str:
+    """A name in quotation marks, cut where it is too long for any file."""
+    return f'"{cut(name, 200)}"'
 
 
 def _require_name(name: object, field: str) -> None:
     """Raise InputError when a field holds nothing that could be a path."""
     if not isinstance(name, str) or not name.strip() or "\0" in name:
-        raise InputError(f'"{field}" is {name!r}: give the path of a file, relative to the study\'s folder.')
+        raise InputError(
+            f'"{field}" is {shown(name)}: give the path of a file, relative to the study\'s folder.'
+        )
 
 
 def require_different_images(images: Sequence[tuple[Path, int | None]]) -> None:
@@ -98,7 +107,7 @@ def resolve_output(name: str, field: str, folder: Path, allow_outside: bool) -> 
     path = folder / name
     parent = _named(str(path.parent), field, folder, allow_outside)
     if path.is_symlink() or path.is_dir():
-        raise InputError(f'"{field}" names "{name}", which is a folder or a link: name a file.')
+        raise InputError(f'"{field}" names {_shown(name)}, which is a folder or a link: name a file.')
     return parent / path.name
 
 
@@ -110,7 +119,7 @@ def _parts(target: Path, field: str, name: str) -> list[tuple[Path, Path]]:
         raise InputError(f'"{field}": {error}') from None
     except (OSError, RuntimeError) as error:
         raise InputError(
-            f'"{field}" names "{name}", which cannot be read or followed: check its links and permissions.'
+            f'"{field}" names {_shown(name)}, which cannot be read or followed: check its links and permissions.'
         ) from error
 
 

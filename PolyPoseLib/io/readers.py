@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING
 
 from PolyPoseLib.io.files import refuse_special_file
 from PolyPoseLib.io.image_headers import refuse_hostile_header
+from PolyPoseLib.io.nifti import NIFTI_ENDINGS
 
 if TYPE_CHECKING:
     import SimpleITK as sitk
-
-NIFTI_ENDINGS = (".nii", ".nii.gz", ".hdr", ".img", ".img.gz")
-"""Endings of NIfTI and Analyze images, in one file or in two."""
 
 _FORMATS = {
     "NiftiImageIO": NIFTI_ENDINGS,

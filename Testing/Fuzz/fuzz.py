@@ -46,7 +46,9 @@ def main(argv: list[str] | None = None) -> int:
     found = 0
     print(f"{'target':14} {'tried':>7} {'refused':>8} {'findings':>8}")
     for name in names:
-        tried, refused, findings = fuzz(name, arguments.seed, arguments.seconds / len(names), arguments.findings)
+        tried, refused, findings = fuzz(
+            name, arguments.seed, arguments.seconds / len(names), arguments.findings
+        )
         print(f"{name:14} {tried:7} {refused:8} {len(findings):8}", *findings, flush=True)
         found += len(findings)
     return min(found, 100)
@@ -134,7 +136,9 @@ def _child(name: str, seed: int, seconds: float, findings: Path) -> int:
             try:
                 assert_one_sentence(error)
                 text = str(error)
-                assert text.isprintable() and (subject.path.stem in text or subject.path.parent.name in text), text
+                assert text.isprintable() and (
+                    subject.path.stem in text or subject.path.parent.name in text
+                ), text
             except (AssertionError, UnicodeError) as fault:
                 _finding(fault, error)
         except Exception as error:
@@ -186,18 +190,26 @@ def _limit_memory() -> None:
         import resource
     except ImportError:
         return
-    used = int(Path("/proc/self/statm").read_text().split()[0]) * 4096 if Path("/proc/self/statm").exists() else 0
+    used = (
+        int(Path("/proc/self/statm").read_text().split()[0]) * 4096
+        if Path("/proc/self/statm").exists()
+        else 0
+    )
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY_BYTES, resource.RLIM_INFINITY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 def _arguments(argv: list[str] | None) -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("targets", nargs="*", metavar="TARGET", help="all when left out")
     parser.add_argument("--seconds", type=float, default=120, help="for all targets together (120)")
     parser.add_argument("--seed", type=int, default=0, help="of the first batch (0)")
-    parser.add_argument("--findings", type=Path, default=Path("fuzz-findings"), help="folder for what is found")
+    parser.add_argument(
+        "--findings", type=Path, default=Path("fuzz-findings"), help="folder for what is found"
+    )
     parser.add_argument("--child", help=argparse.SUPPRESS)
     return parser.parse_args(argv)
 

@@ -161,7 +161,12 @@ def dicom_ct(folder: Path) -> list[Subject]:
         inner = _inflated(whole) if kind == "deflated" else None
         if inner:
             subjects.append(
-                Subject(ct / "1.dcm", inner[1], lambda ct=ct: read_ct(ct), lambda body, head=inner[0]: head + _deflate(body))
+                Subject(
+                    ct / "1.dcm",
+                    inner[1],
+                    lambda ct=ct: read_ct(ct),
+                    lambda body, head=inner[0]: head + _deflate(body),
+                )
             )
     return [*subjects, _subject(save(_enhanced(), folder / "enhanced.dcm"), read_ct)]
 
@@ -255,7 +260,9 @@ def study(folder: Path) -> list[Subject]:
     affine = np.diag([2.0, 2.0, 2.0, 1.0])
     labels = np.zeros((10, 11, 12), np.uint8)
     labels[:4], labels[4:6], labels[6:9] = 1, 2, 3
-    write_volume(Volume(rng.integers(-1000, 1500, labels.shape).astype(np.int16), affine), folder / "ct.nii.gz")
+    write_volume(
+        Volume(rng.integers(-1000, 1500, labels.shape).astype(np.int16), affine), folder / "ct.nii.gz"
+    )
     write_volume(Volume(labels, affine), folder / "labels.nii.gz")
     for name in ("ap", "oblique"):
         image = sitk.GetImageFromArray(rng.random((40, 50)).astype(np.float32))

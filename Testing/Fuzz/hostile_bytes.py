@@ -16,7 +16,24 @@ _ABSURD_TEXTS = [
     b"1" * 400, b"A", b"true", b"null", b"[]", b"{}",
 ]  # fmt: skip
 
-_ABSURD_WHOLE = [0, 1, 2, 11, 127, 128, 255, 256, 32767, 32768, 65535, 2**31 - 1, 2**31, 2**32 - 1, 2**63, 2**64 - 1]
+_ABSURD_WHOLE = [
+    0,
+    1,
+    2,
+    11,
+    127,
+    128,
+    255,
+    256,
+    32767,
+    32768,
+    65535,
+    2**31 - 1,
+    2**31,
+    2**32 - 1,
+    2**63,
+    2**64 - 1,
+]
 
 _ABSURD_REAL = [0.0, -0.0, -1.0, 1e-30, 1e30, float("nan"), float("inf"), float("-inf")]
 
@@ -35,7 +52,9 @@ def hostile(draw: st.DrawFn, whole: bytes) -> bytes:
 def _stretched(draw: st.DrawFn, whole: bytes) -> bytes:
     """A few bytes of the file, or others, repeated very often in one place."""
     place = _place(draw, whole)
-    piece = draw(st.sampled_from([whole[place : place + 1], whole[place : place + 8], b"A", b"9", b" ", b"\n"]))
+    piece = draw(
+        st.sampled_from([whole[place : place + 1], whole[place : place + 8], b"A", b"9", b" ", b"\n"])
+    )
     return whole[:place] + piece * draw(st.sampled_from(_REPEATS)) + whole[place:]
 
 

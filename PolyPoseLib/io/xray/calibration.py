@@ -39,6 +39,9 @@ MAX_SIDE_PX = 1 << 16
 _BLOCKS = ("image size", "camera matrix", "rotation", "translation")
 """Headings of a MayaCam 2.0 text."""
 
+_HEADINGS = {name.replace(" ", ""): name for name in _BLOCKS}
+"""The same by their letters alone."""
+
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
@@ -112,28 +115,29 @@ def _table(text: str, rows: int, columns: int, what: str) -> np.ndarray:
 
 def _from_mayacam(text: str) -> Calibration:
     """MayaCam 2.0 (XMALab): blocks under headings, axes as in OpenCV, rows downward."""
-    pattern = re.compile(
-        r"^\s*(" + "|".join(name.replace(" ", r"\s*") for name in _BLOCKS) + r")\s*:?\s*$", re.I | re.M
-    )
-    marks = list(pattern.finditer(text))
-    ends = [*(mark.start() for mark in marks), len(text)][1:]
-    blocks = {
-        re.sub(r"\s+", " ", mark[1].lower()): text[mark.end() : end]
-        for mark, end in zip(marks, ends, strict=True)
-    }
+    blocks: dict[str, list[str]] = {}
+    lines: list[str] = []
+    for line in text.splitlines():
+        heading = _HEADINGS.get("".join(line.lower().split()).removesuffix(":"))
+        if heading is None:
+            lines.append(line)
+        else:
+            lines = blocks[heading] = []
     missing = [name for name in _BLOCKS[1:] if name not in blocks]
     if missing:
         raise InputError(f'the MayaCam 2.0 text lacks the block "{missing[0]}"; export the camera again.')
     intrinsics = require_intrinsics(
-        _table(blocks["camera matrix"], 3, 3, '"camera matrix"'), '"camera matrix"'
+        _table("\n".join(blocks["camera matrix"]), 3, 3, '"camera matrix"'), '"camera matrix"'
     )
     extrinsic = _pose(
-        _table(blocks["rotation"], 3, 3, '"rotation"'),
-        _table(blocks["translation"], 1, 3, '"translation"')[0],
+        _table("\n".join(blocks["rotation"]), 3, 3, '"rotation"'),
+        _table("\n".join(blocks["translation"]), 1, 3, '"translation"')[0],
     )
     size = None
     if "image size" in blocks:
-        size = _image_size(_table(blocks["image size"], 1, 2, '"image size"')[0, ::-1], '"image size"')
+        size = _image_size(
+            _table("\n".join(blocks["image size"]), 1, 2, '"image size"')[0, ::-1], '"image size"'
+        )
     return Calibration(intrinsics, extrinsic, (), size)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from PolyPoseLib.data.notes import Notes
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.dicom import quiet_pydicom, raw_value, refuse_short
+from PolyPoseLib.io.dicom import quiet_pydicom, raw_value, refuse_short, refuse_swollen
 from PolyPoseLib.io.xray.tags import XrayTags
 
 if TYPE_CHECKING:
@@ -80,6 +80,7 @@ def _decode(dataset: Dataset, frame: int, where: str) -> np.ndarray:
         fix = f"pip install {package}" if package else "export it uncompressed"
         raise InputError(f"{where} is compressed as {syntax.name} and its decoder is missing: {fix}.")
     refuse_short(dataset, where)
+    refuse_swollen(dataset, where)
     options = _decoder_options(syntax)
     try:
         return decoder.as_array(dataset, index=frame, **options)[0]

@@ -178,7 +178,7 @@ def test_a_small_header_before_endless_zeros_costs_nothing(tmp_path):
 
 
 def test_a_deflated_file_that_grows_without_end_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("PolyPoseLib.io.dicom.MAX_INFLATED_BYTES", 1 << 24)
+    monkeypatch.setattr("PolyPoseLib.io.inflation.MAX_INFLATED_BYTES", 1 << 24)
     ds = dataset()
     ds.file_meta.TransferSyntaxUID = DeflatedExplicitVRLittleEndian
     path = save(ds, tmp_path / "x.dcm")
