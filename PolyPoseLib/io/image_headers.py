@@ -11,8 +11,9 @@ from pathlib import Path
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.detached_data import HEADER_ENDINGS, MAX_HEADER_BYTES
+from PolyPoseLib.io.files import refuse_special_file
 from PolyPoseLib.io.inflation import MAX_SKIPPED_BYTES
-from PolyPoseLib.io.nifti import NIFTI_ENDINGS, read_header
+from PolyPoseLib.io.nifti import NIFTI_ENDINGS, pair_of, read_header
 
 MAX_FIELD_BYTES = 900
 """A longer standard field of NRRD overruns a buffer of the toolkit when it puts it into an error's text."""
@@ -94,6 +95,8 @@ def _is_free_text(line: bytes) -> bool:
 
 def _nifti_fault(path: Path) -> str | None:
     """What is wrong with the header of a NIfTI or Analyze file; None where nothing is, or where it is none."""
+    for half in pair_of(path):
+        refuse_special_file(half)
     try:
         offset = read_header(path).offset
     except InputError:

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pydicom
 import SimpleITK as sitk
 from PIL import Image
 from pydicom.dataset import Dataset
@@ -121,7 +120,7 @@ def nifti(folder: Path) -> list[Subject]:
 
 
 def _slice(number: int, compressed: str = "") -> Dataset:
-    pixels = np.random.default_rng(number).integers(0, 2000, (8, 9)).astype(np.int16)
+    pixels = np.random.default_rng(number).integers(0, 2000, (16, 18)).astype(np.int16)
     ds = dataset(pixels, "CT", bits=16, known=False)
     ds.SeriesInstanceUID, ds.PixelSpacing, ds.RescaleIntercept, ds.RescaleSlope = "1.2.3", [2, 2], -1000, 1
     ds.ImagePositionPatient, ds.ImageOrientationPatient = [0, 0, 3 * number], [1, 0, 0, 0, 1, 0]
@@ -233,8 +232,8 @@ def calibration(folder: Path) -> list[Subject]:
               "unit_mm": 10, "distortion": [0.1, 0, 0, 0]}  # fmt: skip
     texts = {
         "camera.csv": "400,0,31,0\n0,400,31,0\n0,0,1,700\n",
-        "camera.txt": "image size\n64,64\n\ncamera matrix\n400,0,31\n0,400,31\n0,0,1\n\nrotation\n1,0,0\n0,1,0\n0,0,1\n\n"
-        "translation\n0\n0\n700\n",
+        "camera.txt": "image size\n64,64\n\ncamera matrix\n400,0,31\n0,400,31\n0,0,1\n\n"
+        "rotation\n1,0,0\n0,1,0\n0,0,1\n\ntranslation\n0\n0\n700\n",
         "camera.json": json.dumps(camera),
     }
     for name, text in texts.items():
@@ -322,5 +321,3 @@ TARGETS: dict[str, Callable[[Path], list[Subject]]] = {
     )
 }  # fmt: skip
 """Every target: makes its sound files in a folder, and says how they are read."""
-
-assert pydicom.__version__

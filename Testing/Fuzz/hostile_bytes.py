@@ -1,4 +1,4 @@
-"""Bytes of a file changed as accidents and attackers change them: flips, cuts, absurd numbers, fields without an end."""
+"""Bytes of a file changed as accidents and attackers change them: flips, cuts, absurd numbers, endless fields."""
 
 from __future__ import annotations
 
