@@ -36,6 +36,9 @@ from PolyPoseLib.simulation.degradations.registry import DEGRADATIONS
 
 NAME = "degraded"
 
+INTERRUPTED = (130, -2, -15)
+"""Exit statuses of a registration that somebody stopped: such a row is not kept, and run again the next time."""
+
 _MAKING = threading.Lock()
 """One case is made at a time: each takes a gigabyte while it is."""
 
@@ -69,7 +72,8 @@ def main() -> int:
             missing = [key for key in keys if arguments.again or not store.has(key)]
             with ThreadPoolExecutor(arguments.jobs) as pool:
                 for row in pool.map(lambda key: run_row(key, arguments), missing):
-                    store.put(row)
+                    if row["exit_status"] not in INTERRUPTED:
+                        store.put(row)
                     print(describe(row), flush=True)
     return 0
 
@@ -87,7 +91,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--jobs", type=int, default=1, help="registrations at a time")
     parser.add_argument("--threads", type=int, help="of a registration (default: all cores over jobs)")
     parser.add_argument("--device", default="auto", choices=("auto", "cpu", "cuda"))
-    parser.add_argument("--limit", type=float, default=900, metavar="SECONDS", help="of one registration")
+    parser.add_argument("--limit", type=float, default=3600, metavar="SECONDS", help="of one registration")
     parser.add_argument("--work", type=Path, default=Path("benchmark-work"), help="where cases are kept")
     parser.add_argument("--output", type=Path, default=RESULTS, help="folder of the tables")
     parser.add_argument("--again", action="store_true", help="run rows again that are there already")
