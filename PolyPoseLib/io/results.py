@@ -87,10 +87,14 @@ def _write_picture(result: Result, path: Path) -> None:
 
     try:
         write_report(result, path)
-    except OSError:
-        raise
     except InputError as error:
         reason = str(error)
+    except OSError as error:
+        if error.errno is not None:
+            raise
+        reason = (
+            f"The report could not be drawn ({error})."  # matplotlib's own, where it can write no settings
+        )
     except Exception as error:  # drawing can fail in ways of its own, such as a picture of too many pixels
         reason = f"The report could not be drawn ({type(error).__name__}: {error})."
     else:

@@ -261,5 +261,5 @@ def _refusal(folder: Path, error: OSError) -> str:
     elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
         reason = "writing is not permitted here:"
     else:
-        reason = f"the result could not be written ({error.strerror}):"
+        reason = f"the result could not be written ({error.strerror or error}):"
     return f"{folder}: {reason} choose another --output; nothing was written."

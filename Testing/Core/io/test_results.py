@@ -256,18 +256,24 @@ def test_names_are_drawn_as_they_are_written():
     assert not any(text.get_parse_math() for text in texts)
 
 
-@pytest.mark.parametrize("how", ["no matplotlib", "cannot be drawn"])
+@pytest.mark.parametrize("how", ["no matplotlib", "cannot be drawn", "no folder for settings"])
 def test_a_result_is_saved_without_the_picture_when_that_cannot_be_drawn(tmp_path, monkeypatch, caplog, how):
     def half_written(_, path):
         path.write_bytes(b"half")
         raise ValueError("Image size of 1740x80000 pixels is too large.")
 
-    if how == "no matplotlib":
+    def without_settings(*_):
+        raise OSError("Matplotlib requires access to a writable cache directory")
+
+    if how == "no folder for settings":
+        monkeypatch.setattr(report, "write_report", without_settings)
+    elif how == "no matplotlib":
         monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     else:
         monkeypatch.setattr(report, "write_report", half_written)
     with caplog.at_level("WARNING", "PolyPoseLib"):
         make_result().save(tmp_path / "out")
     assert set(contents(tmp_path / "out")) == FILES - {"report.png"}
-    assert ("pip install matplotlib" if how == "no matplotlib" else "too large") in caplog.text
+    words = {"no matplotlib": "pip install matplotlib", "cannot be drawn": "too large"}
+    assert words.get(how, "writable cache directory") in caplog.text
     assert "saved without report.png" in caplog.text
