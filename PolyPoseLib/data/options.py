@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from PolyPoseLib.errors import InputError, unknown_name
 
@@ -83,8 +83,8 @@ class Options:
     threads: int | None = None
     seed: int = 0
     preview: str | None = None
-    weights: str | None = None
-    weight_frame: str | None = None
+    weights: Literal["mass", "epsilon", "rigid"] | None = None
+    weight_frame: Literal["moving", "fixed"] | None = None
     epsilon: float | None = None
     rotation_reach_mm: float | None = None
     optimizer: str | None = None

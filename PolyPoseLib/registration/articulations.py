@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import find_objects
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.geometry.rigid import rigid_inverse, rotation_vectors, skew
@@ -51,12 +51,12 @@ def find_articulations(structures: Structures, affine: np.ndarray, anchor: int) 
         _sample(structures.labels, number, box, affine)
         for number, box in enumerate(find_objects(structures.labels), start=1)
     ]
-    trees = [cKDTree(cloud) for cloud in clouds]
+    trees = [KDTree(cloud) for cloud in clouds]
     count = len(clouds)
     meetings = {}
     for a in range(count):
         for b in range(a + 1, count):
-            distance, nearest = trees[b].query(clouds[a])
+            distance, nearest = (np.asarray(each) for each in trees[b].query(clouds[a]))
             close = distance <= distance.min() + CONTACT_BAND_MM
             middle = (clouds[a][close] + clouds[b][nearest[close]]).mean(axis=0) / 2
             meetings[a, b] = (float(distance.min()), middle)

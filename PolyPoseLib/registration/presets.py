@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from PolyPoseLib.registration.bones.joint import JointStage
 from PolyPoseLib.registration.fit.levels import Level
+from PolyPoseLib.warp.polyrigid import WeightFrame
+from PolyPoseLib.warp.weights import WeightForm
 
 
 @dataclass(frozen=True)
@@ -17,8 +19,8 @@ class Preset:
 
     camera_levels: tuple[Level, ...]
     joint: tuple[JointStage, ...]
-    weights: str = "rigid"
-    weight_frame: str = "moving"
+    weights: WeightForm = "rigid"
+    weight_frame: WeightFrame = "moving"
     rotation_reach_mm: float | None = 40.0
     unfolded: bool = True
 

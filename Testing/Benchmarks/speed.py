@@ -167,10 +167,9 @@ def time_iterations(arguments: argparse.Namespace, backend: Backend) -> dict:
     grid = regular_grid(setting.ct, STEP_MM)
     warp = weight_field(setting)
     objective = paper_objective(setting, grid.padded(), warp, STEP_MM, backend)
-    moving = list(range(1, len(setting.structures.names)))
     contestants: dict[str, Callable[[], object]] = {
         "PolyPose, paper's objective": lambda: objective(setting.parameters),
-        "PolyPose, paper's objective and curvature": lambda: objective.expand(setting.parameters, moving),
+        "PolyPose, paper's objective and curvature": lambda: objective.normal_equations(setting.parameters),
     }
     problem, state = bone_problem(setting, STEP_MM, backend)
     contestants["PolyPose, default's normal equations"] = lambda: problem.normal_equations(state)

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import grid_sample
 
-from PolyPoseLib.baselines.published.objective import PolyrigidObjective
+from PolyPoseLib.baselines.published.objective import PolyrigidObjective, poses_of
 from PolyPoseLib.baselines.published.ray_samples import sample_rays
 from PolyPoseLib.geometry import se3
 from PolyPoseLib.geometry.camera import Camera
@@ -85,7 +85,7 @@ def nanodrr_projector(grid: Grid, camera: Camera, step_mm: float) -> Callable[[]
     k_inv = torch.as_tensor(np.linalg.inv(shifted))[None].float()
     rt_inv = torch.as_tensor(np.linalg.inv(camera.extrinsic))[None].float()
     distance = torch.tensor([2 * float(np.linalg.norm(camera.source - grid.affine[:3, 3])) + 1000])
-    rays = sample_rays(camera, grid.affine, grid.voxels.shape, np.zeros(3), step_mm)
+    rays = sample_rays(camera, grid, np.zeros(3), step_mm)
     samples = round(float(rays.count.mean()))
 
     def project() -> np.ndarray:
@@ -131,7 +131,7 @@ class OfficialIteration:
 
     def logs(self, parameters: np.ndarray) -> Tensor:
         """Logarithms (K, 6) about the world's origin, as the official code optimises them."""
-        poses = torch.as_tensor(self.objective.poses(parameters))
+        poses = torch.as_tensor(poses_of(parameters, self.objective.centres))
         return se3.log(poses).float().clone().requires_grad_()
 
     def images(self, logs: Tensor) -> list[Tensor]:

@@ -10,13 +10,16 @@ from scipy.ndimage import zoom
 
 from PolyPoseLib.baselines.published.method import attenuation_grid, view_of
 from PolyPoseLib.baselines.published.objective import PolyrigidObjective
+from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.grid import Grid
-from PolyPoseLib.registration.fit.levels import Level, Observation, view_at
+from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.fit.problem import RigidProblem, State
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
+from PolyPoseLib.registration.fit.views import LevelViews
+from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.simulation.simulate import structures_centre, view_cameras
@@ -107,43 +110,40 @@ def weight_field(setting: Setting) -> PolyrigidWarp:
     """The paper's weights, about the anchor's centroid."""
     scene = Scene(setting.ct, setting.structures, setting.structures.names[0])
     maps = distance_maps(setting.structures, setting.ct.affine)
-    rest = np.stack([np.eye(4)] * len(setting.structures.names))
-    return SoftTissue(scene, "fixed", "mass").warp(maps, rest)
+    return SoftTissue(scene, "fixed", "mass").warp(maps, scene.rest_poses)
+
+
+def quiet_run(setting: Setting, backend: Backend) -> Run:
+    """A run that reports to nobody."""
+    scene = Scene(setting.ct, setting.structures, setting.structures.names[0])
+    return Run(SoftTissue(scene), backend, Monitor(None, None))
 
 
 def paper_objective(
     setting: Setting, grid: Grid, warp: PolyrigidWarp, step_mm: float, backend: Backend
 ) -> PolyrigidObjective:
     """The paper's objective, with X-rays of the CT at rest as targets."""
+    run = quiet_run(setting, backend)
     blank = [
         Observation(np.zeros((c.height, c.width), np.float32), np.ones((c.height, c.width), bool), c)
         for c in setting.cameras
     ]
-    centres = setting.structures.centroids(setting.ct.affine)
     size = max(setting.cameras[0].height, setting.cameras[0].width)
-    first = PolyrigidObjective(
-        grid.voxels, grid.affine, warp, [view_of(m, size) for m in blank], centres, step_mm, backend
-    )
-    still = np.zeros_like(setting.parameters)
+    first = PolyrigidObjective(run, grid, warp, [view_of(each, size) for each in blank], step_mm)
+    rest = np.zeros_like(setting.parameters)
     seen = [
-        view_of(Observation(projector.image(still), m.mask, m.camera), size)
-        for projector, m in zip(first.projectors, blank, strict=True)
+        view_of(Observation(projector.image(rest), each.mask, each.camera), size)
+        for projector, each in zip(first.projectors, blank, strict=True)
     ]
-    return PolyrigidObjective(grid.voxels, grid.affine, warp, seen, centres, step_mm, backend)
+    return PolyrigidObjective(run, grid, warp, seen, step_mm)
 
 
 def bone_problem(setting: Setting, size_mm: float, backend: Backend) -> tuple[RigidProblem, State]:
     """The default's least-squares problem for one level, all bones but the anchor free."""
-    scene = Scene(setting.ct, setting.structures, setting.structures.names[0])
-    level = Level(size_mm, 14.0, 1)
-    views = []
+    run = quiet_run(setting, backend)
+    observations = []
     for camera in setting.cameras:
         image = np.random.default_rng(0).random((camera.height, camera.width)).astype(np.float32)
-        views.append(
-            view_at(level, Observation(image, np.ones(image.shape, bool), camera), scene.anchor_centre)
-        )
-    moving = list(range(1, len(scene.names)))
-    bodies = scene.bodies(size_mm)
-    problem = RigidProblem(bodies, views, moving, [], scene.anchor_centre, size_mm, backend)
-    poses = np.stack([np.eye(4)] * len(scene.names))
-    return problem, State(poses, np.stack([np.eye(4)] * len(views)))
+        observations.append(Observation(image, np.ones(image.shape, bool), camera))
+    problem = LevelViews(run, observations, Level(size_mm, 14.0, 1)).structures(run.scene.moving)
+    return problem, State.of_poses(run.scene.rest_poses, len(observations))

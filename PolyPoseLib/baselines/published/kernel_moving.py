@@ -26,13 +26,13 @@ from PolyPoseLib.warp.weight_kernel import _float, _relative_slope, raw_weight
 @compiled(parallel=True, fastmath=True)
 def integrate_moving(
     volume, maps, to_grid, spacing, share, form, constant, blocks, first, step, count, logs, poses, to_index,
-    step_mm, image, jacobian, rotation_falloff,
+    step_mm, image, jacobian, by_pose,
 ):  # fmt: skip
     """As ``polyrigid_kernel.integrate``, for weights that are looked up at T_k x.
 
     maps, to_grid, spacing, share, form, constant: see ``polyrigid_kernel.fill_weights``; poses: (K, 3, 4) float32,
     T_k in coordinates relative to the centre; jacobian: (R, K, 6) the part by the logarithms with weights held;
-    turning: (R, K, 6) the part by the weights, by a perturbation [rotation, translation] on the left of T_k about
+    by_pose: (R, K, 6) the part by the weights, by a perturbation [rotation, translation] on the left of T_k about
     the centre.
     """
     structures = len(logs)
@@ -45,7 +45,7 @@ def integrate_moving(
         total = _float(0)
         if wanted:
             jacobian[ray] = 0
-            rotation_falloff[ray] = 0
+            by_pose[ray] = 0
         for number in range(blocks[ray + 1] - blocks[ray]):
             start = number * LANES
             _weigh(
@@ -69,13 +69,13 @@ def integrate_moving(
                 means = scratch[:6].copy()
                 pull_back(first[ray], step[ray], start, to_index, scratch)
                 accumulate(block, scratch, jacobian[ray])
-                _accumulate_rotation_falloff(logs, means, points, scratch, rotation_falloff[ray])
+                _accumulate_by_pose(logs, means, points, scratch, by_pose[ray])
         image[ray] = total * scale
         if wanted:
             for k in range(structures):
                 for c in range(6):
                     jacobian[ray, k, c] *= scale
-                    rotation_falloff[ray, k, c] *= scale
+                    by_pose[ray, k, c] *= scale
 
 
 @numba.njit(fastmath=True)
@@ -151,8 +151,8 @@ def _distance(maps, k, x, y, z, spacing):
 
 
 @numba.njit(fastmath=True)
-def _accumulate_rotation_falloff(logs, means, points, scratch, rotation_falloff):
-    """Add the weights' part of a block's derivatives to ``turning`` (K, 6).
+def _accumulate_by_pose(logs, means, points, scratch, by_pose):
+    """Add the weights' part of a block's derivatives to ``by_pose`` (K, 6).
 
     means: (6, LANES) of the logarithms; points: see _weigh; scratch: rows 0..5 as pull_back leaves them.
     """
@@ -176,9 +176,9 @@ def _accumulate_rotation_falloff(logs, means, points, scratch, rotation_falloff)
             d += gx
             e += gy
             f += gz
-        rotation_falloff[k, 0] += a
-        rotation_falloff[k, 1] += b
-        rotation_falloff[k, 2] += c
-        rotation_falloff[k, 3] += d
-        rotation_falloff[k, 4] += e
-        rotation_falloff[k, 5] += f
+        by_pose[k, 0] += a
+        by_pose[k, 1] += b
+        by_pose[k, 2] += c
+        by_pose[k, 3] += d
+        by_pose[k, 4] += e
+        by_pose[k, 5] += f

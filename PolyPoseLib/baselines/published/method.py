@@ -1,4 +1,4 @@
-"""The paper's method as the reference: gmNCC of the whole warped CT, climbed by Adam (preset "paper").
+"""The published method (preset "paper"): gmNCC of the whole warped CT, maximised by Adam.
 
 V. Gopalakrishnan et al., "PolyPose: deformable 2D/3D registration via polyrigid transformations", 2025. Each camera
 is found from the anchor alone, cut out of the CT; then all poses jointly, on voxels of 4 mm, 2 mm and the CT's own
@@ -15,14 +15,20 @@ from functools import partial
 import numpy as np
 import torch
 
-from PolyPoseLib.baselines.published.objective import PolyrigidObjective, View, gmncc_with_gradient
-from PolyPoseLib.baselines.published.optimizers import Adam, climb, pose_rates
+from PolyPoseLib.baselines.published.adam import Adam, pose_rates
+from PolyPoseLib.baselines.published.objective import (
+    PolyrigidObjective,
+    View,
+    gmncc_with_gradient,
+    poses_of,
+)
 from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
 from PolyPoseLib.geometry import se3
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.grid import Grid
 from PolyPoseLib.geometry.rigid import about
 from PolyPoseLib.registration.fit.levels import Level, Observation, binned
+from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import JointResult, RigidProblem, State, corrected
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.run import Run
@@ -98,6 +104,7 @@ def find_camera_by_anchor(
             image[part.slices] = part.image
             similarity, slope = score(image)
             run.step(done + iteration, total, similarity)
+            assert part.jacobian is not None, "it was asked for"
             by_left = np.tensordot(part.jacobian, slope[part.slices], 2)
             parameters = adam.ascend(parameters, se3.left_jacobian(vector).numpy().T @ by_left)
         done += level.iterations
@@ -133,65 +140,49 @@ def fit_structures_by_gmncc(
         Its problem is that of the default method at these poses, for their uncertainty.
 
     """
-    run, scene, soft = run.named("bones"), run.scene, run.soft_tissue
+    run, scene = run.named("bones"), run.scene
     maps = distance_maps(scene.structures, scene.ct_affine, budget_bytes=MAPS_BYTES)
-    warp = soft.warp(maps, scene.rest_poses)
-    moving = scene.moving
+    warp = run.soft_tissue.warp(maps, scene.rest_poses)
     parameters = np.zeros((len(scene.names), 6))
     adam = Adam(pose_rates())
     total, done = sum(level.iterations for level in levels), 0
 
-    def report(iteration: int, parameters: np.ndarray, similarity: float) -> None:
-        show = None
-        if iteration % PREVIEW_EVERY == 0:
-            show = partial(soft.coarse_field, objective.poses(parameters))
-        run.step(iteration, total, similarity, show)
+    def report(before: int, iteration: int, parameters: np.ndarray, similarity: float) -> None:
+        number, field = before + iteration, None
+        if number % PREVIEW_EVERY == 0:
+            field = partial(run.soft_tissue.coarse_field, poses_of(parameters, scene.centres))
+        run.step(number, total, similarity, field)
 
     for level in levels:
-        views = [view_of(m, level.pixels) for m in observations]
-        grid = attenuation_grid(ct, level.voxel_mm)
-        step = sample_distance(ct, level)
-        objective = PolyrigidObjective(
-            grid.voxels, grid.affine, warp, views, scene.centres, step, run.backend
-        )
+        views = [view_of(each, level.pixels) for each in observations]
+        grid, step = attenuation_grid(ct, level.voxel_mm), sample_distance(ct, level)
+        objective = PolyrigidObjective(run, grid, warp, views, step)
         if optimizer == "lm":
-            parameters = _climb(objective, parameters, moving, level.iterations, done, report)
+            parameters = _minimised(objective, parameters, level.iterations, partial(report, done))
         else:
             for iteration in range(level.iterations):
                 similarity, gradient = objective(parameters)
-                report(done + iteration, parameters, similarity)
+                report(done, iteration, parameters, similarity)
                 gradient[scene.anchor] = 0
                 parameters = adam.ascend(parameters, gradient)
         done += level.iterations
-    poses = objective.poses(parameters)
-    state = State.of_poses(poses, len(observations))
+    state = State.of_poses(poses_of(parameters, scene.centres), len(observations))
     problem = rigid_problem_at(run, observations, state)
-    return JointResult([m.camera for m in observations], problem, state)
+    return JointResult([each.camera for each in observations], problem, state)
 
 
-def _climb(
+def _minimised(
     objective: PolyrigidObjective,
     parameters: np.ndarray,
-    moving: list[int],
     iterations: int,
-    done: int,
     report: Callable[[int, np.ndarray, float], None],
 ) -> np.ndarray:
-    """Second-order steps of the moving structures' parameters (K, 6)."""
+    """Parameters (K, 6) after Levenberg-Marquardt."""
 
-    def whole(part: np.ndarray) -> np.ndarray:
-        filled = parameters.copy()
-        filled[moving] = part.reshape(-1, 6)
-        return filled
+    def before_step(parameters: np.ndarray, iteration: int, cost: float) -> None:
+        report(iteration, parameters, 1 - cost / 2 if iteration else objective.value(parameters))
 
-    found = climb(
-        lambda part: objective.expand(whole(part), moving),
-        lambda part: objective.value(whole(part)),
-        parameters[moving].ravel(),
-        iterations,
-        lambda n, part, similarity: report(done + n, whole(part), similarity),
-    )
-    return whole(found)
+    return minimise(objective, parameters, SolverOptions(iterations), before_step).state
 
 
 def view_of(observation: Observation, pixels: int) -> View:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 import torch
@@ -17,6 +18,7 @@ import torch
 from PolyPoseLib.baselines.published.ray_samples import sample_rays
 from PolyPoseLib.geometry import se3
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.grid import Grid
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp
 
 JACOBIAN_BYTES = 1 << 28
@@ -27,52 +29,83 @@ WEIGHTS_BYTES = 1 << 30
 
 SAMPLES_PER_CHUNK = 1 << 18
 
-Weights = np.ndarray | torch.Tensor
+Weights = TypeVar("Weights", np.ndarray, torch.Tensor)
 
-Judge = Callable[[np.ndarray], tuple[float, np.ndarray]]
-"""Takes an image (H, W) and returns a number about it and that number's derivative by every pixel (H, W)."""
+ImageScore = Callable[[np.ndarray], tuple[float, np.ndarray]]
+"""Takes an image (H, W) and returns its score and the score's derivative by every pixel (H, W)."""
 
 
 @dataclass(frozen=True)
-class Judged:
-    """value: what the judge said; gradient: (K, 6) float64, its derivative by the logarithms."""
+class Scored:
+    """value: the score; gradient: (K, 6) float64, its derivative by the logarithms."""
 
     value: float
     gradient: np.ndarray
 
 
-class PolyrigidProjector(ABC):
+@dataclass(frozen=True)
+class Sampling:
+    """How a projector samples its rays.
+
+    Parameters
+    ----------
+    step_mm : float
+        Distance of samples.
+    margin_mm : float
+        Rays are clipped to the volume's box, in the fixed frame, enlarged by this much.
+    weights_bytes : int
+        Memory in which weights of the fixed frame are kept.
+    samples_per_chunk : int, optional
+        Samples that are computed at once; None for the projector's own number.
+
+    """
+
+    step_mm: float
+    margin_mm: float = 0.0
+    weights_bytes: int = WEIGHTS_BYTES
+    samples_per_chunk: int | None = None
+
+
+class PolyrigidProjector(ABC, Generic[Weights]):
     """One camera's view of one volume through a polyrigid warp.
 
-    voxels: (D, H, W) float32 in 1/mm with a border of zeros; affine: (4, 4) index (i, j, k) to moving LPS mm; warp:
-    gives the distance maps, shares, form and frame of the weights, and the centre (its poses are not used); camera:
-    stays; step_mm: distance of samples; margin_mm: rays are clipped to the volume's box, in the fixed frame,
-    enlarged by this much; weights_bytes: memory in which weights of the fixed frame are kept.
+    Parameters
+    ----------
+    volume : Grid
+        1/mm, moving frame, with a border of zeros.
+    warp : PolyrigidWarp
+        Gives the distance maps, shares, form and frame of the weights, and the centre; its poses are not used.
+    camera : Camera
+        Stands still.
+    sampling : Sampling
+        Of the rays.
 
-    Raises ValueError for a warp whose bones turn only the tissue nearby.
+    Raises
+    ------
+    ValueError
+        For a warp with a rotation falloff.
+
     """
 
     def __init__(
         self,
-        voxels: np.ndarray,
-        affine: np.ndarray,
+        volume: Grid,
         warp: PolyrigidWarp,
         camera: Camera,
-        step_mm: float,
-        margin_mm: float = 0.0,
-        weights_bytes: int = WEIGHTS_BYTES,
+        sampling: Sampling,
         samples_per_chunk: int = SAMPLES_PER_CHUNK,
     ) -> None:
         if warp.rotation_falloff is not None:
-            raise ValueError("The projector renders plain means of logarithms: give a warp without turning.")
+            raise ValueError(
+                "The projector renders plain means of logarithms: give a warp without rotation falloff."
+            )
         self.warp = warp
         self._weights: dict[int, Weights] = {}
-        self._room = weights_bytes
+        self._room = sampling.weights_bytes
         self.centre = warp.center.cpu().numpy()
-        rays = sample_rays(camera, affine, voxels.shape, self.centre, step_mm, margin_mm)
-        self.rays = rays
-        self.chunks = rays.chunks(samples_per_chunk)
-        moved = affine.copy()
+        self.rays = sample_rays(camera, volume, self.centre, sampling.step_mm, sampling.margin_mm)
+        self.chunks = self.rays.chunks(sampling.samples_per_chunk or samples_per_chunk)
+        moved = volume.affine.copy()
         moved[:3, 3] -= self.centre
         self.to_index = np.linalg.inv(moved)[:3]
 
@@ -89,25 +122,27 @@ class PolyrigidProjector(ABC):
     def image_and_jacobian(self, logs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Line integrals (H, W) and their derivative by all logarithms (K, 6, H, W), float32."""
         motion = self.motion(logs)
-        parts = [self.trace(motion, n, True) for n in range(len(self.chunks))]
+        parts = [self._trace_fully(motion, n) for n in range(len(self.chunks))]
         image = self._assemble([values for values, _ in parts])
         jacobian = np.zeros((self.structures, 6, *image.shape), np.float32)
         if parts:
             jacobian = self.rays.to_image(np.concatenate([derivative for _, derivative in parts]))
         return image, jacobian
 
-    def judged(self, logs: np.ndarray, judge: Judge) -> Judged:
-        """What ``judge`` says about the image for logarithms (K, 6), and the derivative of that."""
+    def scored(self, logs: np.ndarray, score: ImageScore) -> Scored:
+        """The score of the image for logarithms (K, 6), and its derivative."""
         motion = self.motion(logs)
         at_once = self.rays.rays * self.structures * 6 * 4 <= JACOBIAN_BYTES
         parts = [self.trace(motion, n, at_once) for n in range(len(self.chunks))]
-        value, slope = judge(self._assemble([values for values, _ in parts]))
+        value, slope = score(self._assemble([values for values, _ in parts]))
         slope = np.asarray(slope, np.float64).ravel()
         gradient = np.zeros((self.structures, 6))
         for n, chunk in enumerate(self.chunks):
-            jacobian = parts[n][1] if at_once else self.trace(motion, n, True)[1]
+            jacobian = parts[n][1]
+            if jacobian is None:
+                jacobian = self._trace_fully(motion, n)[1]
             gradient += np.tensordot(slope[chunk.pixels], jacobian, 1)
-        return Judged(value, gradient)
+        return Scored(value, gradient)
 
     @abstractmethod
     def motion(self, logs: np.ndarray) -> Motion:
@@ -116,6 +151,12 @@ class PolyrigidProjector(ABC):
     @abstractmethod
     def trace(self, motion: Motion, number: int, wanted: bool) -> tuple[np.ndarray, np.ndarray | None]:
         """Line integrals (r,) of one chunk of rays, and the derivative (r, K, 6) by the logarithms if wanted."""
+
+    def _trace_fully(self, motion: Motion, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """Line integrals of a chunk with their derivative."""
+        values, jacobian = self.trace(motion, number, True)
+        assert jacobian is not None, "it was asked for"
+        return values, jacobian
 
     def kept_weights(self, number: int, make: Callable[[], Weights]) -> Weights:
         """Weights of a chunk, which ``make`` makes where there is no room to keep them."""

@@ -6,39 +6,25 @@ from typing import get_args
 
 import numpy as np
 
-from PolyPoseLib.baselines.published.projector import (
-    SAMPLES_PER_CHUNK,
-    WEIGHTS_BYTES,
-    Motion,
-    PolyrigidProjector,
-)
+from PolyPoseLib.baselines.published.projector import Motion, PolyrigidProjector, Sampling
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.grid import Grid
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp
 from PolyPoseLib.warp.weights import RIGID_DELTA_MM, WeightForm
 
 
-class NumbaPolyrigidProjector(PolyrigidProjector):
+class NumbaPolyrigidProjector(PolyrigidProjector[np.ndarray]):
     """See :class:`PolyrigidProjector`."""
 
-    def __init__(
-        self,
-        voxels: np.ndarray,
-        affine: np.ndarray,
-        warp: PolyrigidWarp,
-        camera: Camera,
-        step_mm: float,
-        margin_mm: float = 0.0,
-        weights_bytes: int = WEIGHTS_BYTES,
-        samples_per_chunk: int = SAMPLES_PER_CHUNK,
-    ) -> None:
+    def __init__(self, volume: Grid, warp: PolyrigidWarp, camera: Camera, sampling: Sampling) -> None:
         from PolyPoseLib.baselines.published import kernel_fixed as kernel
 
-        super().__init__(voxels, affine, warp, camera, step_mm, margin_mm, weights_bytes, samples_per_chunk)
+        super().__init__(volume, warp, camera, sampling)
         maps = warp.distances
         grid = maps.affine.copy()
         grid[:3, 3] -= self.centre
         constant = warp.epsilon if warp.form == "epsilon" else RIGID_DELTA_MM**2
-        self._voxels = np.ascontiguousarray(voxels, np.float32)
+        self._voxels = np.ascontiguousarray(volume.voxels, np.float32)
         self._to_index = self.to_index.astype(np.float32)
         self._field = (
             np.ascontiguousarray(maps.signed.cpu().numpy(), np.float32),
@@ -72,15 +58,15 @@ class NumbaPolyrigidProjector(PolyrigidProjector):
             return image, jacobian if wanted else None
         from PolyPoseLib.baselines.published.kernel_moving import integrate_moving
 
-        rotation_falloff = np.empty_like(jacobian)
+        by_pose = np.empty_like(jacobian)
         poses = np.ascontiguousarray(motion.poses[:, :3], np.float32)
         integrate_moving(
             self._voxels, *self._field, self._blocks[number], *self._lines[number], chunk.count, logs, poses,
-            self._to_index, chunk.step_mm, image, jacobian, rotation_falloff,
+            self._to_index, chunk.step_mm, image, jacobian, by_pose,
         )  # fmt: skip
         if not wanted:
             return image, None
-        return image, jacobian + np.einsum("rkc,kcd->rkd", rotation_falloff, motion.left.astype(np.float32))
+        return image, jacobian + np.einsum("rkc,kcd->rkd", by_pose, motion.left.astype(np.float32))
 
     def weights_of(self, number: int) -> np.ndarray:
         """Weights (blocks, K, LANES) of a chunk."""

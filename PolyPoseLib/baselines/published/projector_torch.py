@@ -7,8 +7,9 @@ import torch
 from torch import Tensor
 from torch.nn.functional import grid_sample
 
-from PolyPoseLib.baselines.published.projector import WEIGHTS_BYTES, Motion, PolyrigidProjector
+from PolyPoseLib.baselines.published.projector import Motion, PolyrigidProjector, Sampling
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.grid import Grid
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp, apply_exp
 from PolyPoseLib.warp.weights import DistanceMaps, weights
 
@@ -16,7 +17,7 @@ SAMPLES_PER_CHUNK = 1 << 17
 SAMPLES_PER_CUDA_CHUNK = 1 << 22
 
 
-class TorchPolyrigidProjector(PolyrigidProjector):
+class TorchPolyrigidProjector(PolyrigidProjector[Tensor]):
     """See :class:`PolyrigidProjector`; device: "cpu" or "cuda"; dtype: float64 makes it an oracle.
 
     A sample's value depends on the logarithms through its own mean logarithm V and, in the moving frame, through
@@ -26,28 +27,22 @@ class TorchPolyrigidProjector(PolyrigidProjector):
 
     def __init__(
         self,
-        voxels: np.ndarray,
-        affine: np.ndarray,
+        volume: Grid,
         warp: PolyrigidWarp,
         camera: Camera,
-        step_mm: float,
-        margin_mm: float = 0.0,
-        weights_bytes: int = WEIGHTS_BYTES,
+        sampling: Sampling,
         device: torch.device | str = "cpu",
         dtype: torch.dtype = torch.float32,
-        samples_per_chunk: int | None = None,
     ) -> None:
         self.device, self.dtype = torch.device(device), dtype
         default = SAMPLES_PER_CUDA_CHUNK if self.device.type == "cuda" else SAMPLES_PER_CHUNK
-        super().__init__(
-            voxels, affine, warp, camera, step_mm, margin_mm, weights_bytes, samples_per_chunk or default
-        )
-        self._volume = self._tensor(voxels)[None, None]
+        super().__init__(volume, warp, camera, sampling, default)
+        self._volume = self._tensor(volume.voxels)[None, None]
         self._maps = warp.distances.to(self.device)
         self._share = warp.share.to(self.device)
         self._offset = self._tensor(self.centre)
         self._matrix = self._tensor(self.to_index)
-        self._last = self._tensor(np.array(voxels.shape[::-1]) - 1)
+        self._last = self._tensor(np.array(volume.voxels.shape[::-1]) - 1)
 
     def motion(self, logs: np.ndarray) -> Motion:
         """See :class:`PolyrigidProjector`."""
@@ -85,11 +80,9 @@ class TorchPolyrigidProjector(PolyrigidProjector):
             by_mean.reshape(rays, samples, 6),
         )
         if places is not None:
-            rotation_falloff = torch.cat(
-                [torch.linalg.cross(places.detach(), by_place[0]), by_place[0]], dim=2
-            )
-            rotation_falloff = rotation_falloff.reshape(-1, rays, samples, 6).sum(2)
-            jacobian = jacobian + torch.einsum("krc,kcd->rkd", rotation_falloff, self._tensor(motion.left))
+            by_pose = torch.cat([torch.linalg.cross(places.detach(), by_place[0]), by_place[0]], dim=2)
+            by_pose = by_pose.reshape(-1, rays, samples, 6).sum(2)
+            jacobian = jacobian + torch.einsum("krc,kcd->rkd", by_pose, self._tensor(motion.left))
         return self._array(image), self._array(jacobian * chunk.step_mm)
 
     def _places(self, points: Tensor, motion: Motion) -> Tensor:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.grid import Grid
 
 
 @dataclass(frozen=True)
@@ -14,7 +15,7 @@ class RaySamples:
     """Samples at equal distances along R rays.
 
     pixels: (R,) int64 row-major numbers of the rays' pixels; first, step: (R, 3) float64 mm, the first sample and
-    the way to the next one, relative to ``centre`` (3,) LPS mm; count: (R,) int32, at least 1; step_mm: length of a
+    the vector to the next one, relative to ``centre`` (3,) LPS mm; count: (R,) int32, at least 1; step_mm: length of a
     step, the same for all rays; height, width: of the camera's image.
     """
 
@@ -45,7 +46,7 @@ class RaySamples:
         if not self.rays:
             return []
         number = (np.cumsum(self.count) - 1) // samples
-        edges = np.flatnonzero(np.diff(number)) + 1
+        edges = [int(n) + 1 for n in np.flatnonzero(np.diff(number))]
         return [self.part(a, b) for a, b in zip([0, *edges], [*edges, self.rays], strict=True)]
 
     def to_image(self, values: np.ndarray) -> np.ndarray:
@@ -56,24 +57,30 @@ class RaySamples:
 
 
 def sample_rays(
-    camera: Camera,
-    affine: np.ndarray,
-    shape: tuple[int, int, int],
-    centre: np.ndarray,
-    step_mm: float,
-    margin_mm: float = 0.0,
+    camera: Camera, volume: Grid, centre: np.ndarray, step_mm: float, margin_mm: float = 0.0
 ) -> RaySamples:
     """Samples of a camera's rays inside the box of a volume.
 
-    Args:
-        camera: one ray goes through every pixel's centre.
-        affine: (4, 4), index (i, j, k) to LPS mm, orthogonal axes.
-        shape: voxels along (k, j, i); the box ends at the outer voxels' centres.
-        centre: (3,) LPS mm that the samples are counted from.
-        step_mm: distance of the samples. They lie at (n + 1/2) steps from the source, as in ``kernels.project``.
-        margin_mm: by which the box is made larger on every side.
+    Parameters
+    ----------
+    camera : Camera
+        One ray goes through every pixel's centre.
+    volume : Grid
+        With orthogonal axes; the box ends at the outer voxels' centres.
+    centre : (3,) ndarray
+        LPS mm that the samples are counted from.
+    step_mm : float
+        Distance of the samples. They lie at (n + 1/2) steps from the source, as in ``kernels.project``.
+    margin_mm : float
+        By which the box is made larger on every side.
+
+    Returns
+    -------
+    RaySamples
+        Of the rays that cross the box.
 
     """
+    affine, shape = volume.affine, volume.voxels.shape
     to_index = np.linalg.inv(affine)
     directions = camera.pixel_directions().reshape(-1, 3)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)

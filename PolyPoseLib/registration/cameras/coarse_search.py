@@ -96,7 +96,7 @@ class CoarseSearch:
         intrinsics[:2, 2] = self.principal
         ray = np.linalg.solve(intrinsics, [candidates.columns[number], candidates.rows[number], 1.0])
         ray /= np.linalg.norm(ray)
-        back = turn(self.grid.rolls[candidates.rolls[number]])
+        back = turn(float(self.grid.rolls[candidates.rolls[number]]))
         tilt = rotation_between(np.array([0.0, 0.0, 1.0]), ray)
         extrinsic = np.eye(4)
         extrinsic[:3, :3] = back @ tilt @ self.grid.rotations[candidates.direction]

@@ -38,10 +38,10 @@ class MaskedMatcher:
     def __init__(self, images: np.ndarray, masks: np.ndarray, half: int) -> None:
         self.half = half
         self.image_shape = images.shape[1:]
-        self.shape = tuple(fft.next_fast_len(n + half, True) for n in self.image_shape)
+        self.shape = tuple(_fast_length(n + half) for n in self.image_shape)
         inside = np.where(masks, images, 0.0).astype(np.float32)
         parts = np.stack([masks.astype(np.float32), inside, inside**2])
-        self.parts = fft.rfft2(parts, self.shape, workers=WORKERS)
+        self.parts = np.asarray(fft.rfft2(parts, self.shape, workers=WORKERS))
 
     def best(self, template: np.ndarray, weight: np.ndarray, least_share: float, which: np.ndarray) -> Peaks:
         """The best shift of a template (s, s) with weights (s, s) in each of the images ``which`` (N,).
@@ -72,7 +72,7 @@ class MaskedMatcher:
         w, wt, wtt = np.conj(self._centred_transform(np.stack([weight, weighted, weighted * centred])))
         mask, image, square = self.parts[:, which]
         products = np.stack([w * mask, wtt * mask, w * image, w * square, wt * image])
-        sums = fft.irfft2(products, self.shape, workers=WORKERS)
+        sums = np.asarray(fft.irfft2(products, self.shape, workers=WORKERS))
         overlap, sum_tt, sum_i, sum_ii, sum_ti = sums[:, :, : self.image_shape[0], : self.image_shape[1]]
         variance = np.maximum(sum_ii - sum_i**2 / np.maximum(overlap, 1e-3 * total), 0)
         spread = np.maximum(sum_tt, 0) * variance
@@ -84,5 +84,13 @@ class MaskedMatcher:
         padded = np.zeros((len(templates), rows, columns), np.float32)
         side = templates.shape[1]
         row, column = ((np.arange(side) - self.half) % n for n in (rows, columns))
-        np.add.at(padded, (slice(None), row[:, None], column[None, :]), templates)
-        return fft.rfft2(padded, workers=WORKERS)
+        for image, template in zip(padded, templates, strict=True):
+            np.add.at(image, np.ix_(row, column), template)  # pixels that wrap onto others add up
+        return np.asarray(fft.rfft2(padded, workers=WORKERS))
+
+
+def _fast_length(least: int) -> int:
+    """The next length from ``least`` on that Fourier transforms of real numbers are fast for."""
+    length = fft.next_fast_len(least, True)
+    assert length is not None
+    return int(length)

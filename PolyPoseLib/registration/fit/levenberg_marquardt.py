@@ -25,15 +25,15 @@ class Problem(Protocol[S]):
         """Number P of scalar unknowns."""
         ...
 
-    def cost(self, state: S) -> float:
+    def cost(self, state: S, /) -> float:
         """What is minimised."""
         ...
 
-    def moved(self, state: S, step: np.ndarray) -> S:
+    def moved(self, state: S, step: np.ndarray, /) -> S:
         """The state after a step (P,)."""
         ...
 
-    def normal_equations(self, state: S) -> Normal:
+    def normal_equations(self, state: S, /) -> Normal:
         """Gauss-Newton normal equations at a state."""
         ...
 

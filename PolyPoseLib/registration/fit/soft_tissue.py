@@ -44,7 +44,9 @@ class SoftTissue:
         rotation_reach_mm: float | None = None,
     ) -> None:
         self.scene = scene
-        self.frame, self.form, self.epsilon = frame, form, epsilon
+        self.frame: WeightFrame = frame
+        self.form: WeightForm = form
+        self.epsilon = epsilon
         self._rotation_falloff = (
             RotationFalloff(rotation_reach_mm, scene.centres) if rotation_reach_mm is not None else None
         )

@@ -7,6 +7,7 @@ import torch
 from scipy.ndimage import gaussian_filter
 
 from PolyPoseLib.baselines.published.method import attenuation_grid
+from PolyPoseLib.baselines.published.projector import Sampling
 from PolyPoseLib.baselines.published.projectors import polyrigid_projector
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.study import Study
@@ -80,7 +81,7 @@ def phantom(seed=0, pixels=48, turn=0.12, shift=5.0, camera_error=(0.04, 6.0), f
         source = target + 700 * np.array([np.sin(angle), -np.cos(angle), 0.1])
         intrinsics = intrinsics_matrix(1000, 320 / pixels, pixels, pixels)
         camera = Camera(intrinsics, look_at(source, target), pixels, pixels)
-        render = polyrigid_projector(grid.voxels, grid.affine, warp, camera, 2.0, select_backend())
+        render = polyrigid_projector(grid, warp, camera, Sampling(2.0), select_backend())
         image = render.image(warp.logs.numpy())
         image = image + rng.normal(0, 0.004, image.shape).astype(np.float32)
         axis, direction = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))

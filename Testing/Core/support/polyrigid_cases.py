@@ -12,6 +12,7 @@ from PolyPoseLib.baselines.published.ray_samples import sample_rays
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.geometry import se3
 from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at
+from PolyPoseLib.geometry.grid import Grid
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp
 from PolyPoseLib.warp.weights import DistanceMaps, distance_maps
 
@@ -20,8 +21,7 @@ from PolyPoseLib.warp.weights import DistanceMaps, distance_maps
 class Case:
     """A body (mu, padded with zeros), the warp of its three bones at rest, one camera, and some logarithms."""
 
-    voxels: np.ndarray
-    affine: np.ndarray
+    volume: Grid
     warp: PolyrigidWarp
     camera: Camera
     logs: np.ndarray
@@ -32,7 +32,7 @@ class Case:
         new = {"frame": old.frame, "form": old.form, "epsilon": old.epsilon, "distances": old.distances}
         new |= changes
         warp = PolyrigidWarp(share=old.share, poses=old.poses, center=old.center.numpy(), **new)
-        return Case(self.voxels, self.affine, warp, self.camera, self.logs)
+        return Case(self.volume, warp, self.camera, self.logs)
 
 
 def make_case(seed=0, frame="fixed", form="mass", epsilon=0.02, pixels=(11, 9), rotation=0.15):
@@ -63,14 +63,14 @@ def make_case(seed=0, frame="fixed", form="mass", epsilon=0.02, pixels=(11, 9), 
     camera = Camera(intrinsics_matrix(1000, 18.0, height, width), look_at(source, centre), height, width)
     logs = np.concatenate([rng.normal(0, rotation, (3, 3)), rng.normal(0, 6, (3, 3))], axis=1)
     logs[0] = 0
-    return Case(voxels, padded, warp, camera, logs)
+    return Case(Grid(voxels, padded), warp, camera, logs)
 
 
 def oracle(case, step_mm, logs=None, margin_mm=0.0):
     """Image (H, W) in float64 as a function of logarithms (K, 6), differentiable."""
     logs = torch.as_tensor(case.logs if logs is None else logs, dtype=torch.float64)
     centre = case.warp.center
-    rays = sample_rays(case.camera, case.affine, case.voxels.shape, centre.numpy(), step_mm, margin_mm)
+    rays = sample_rays(case.camera, case.volume, centre.numpy(), step_mm, margin_mm)
     number = np.arange(rays.count.max())
     points = rays.first[:, None] + number[:, None] * rays.step[:, None] + centre.numpy()
     inside = torch.as_tensor(number < rays.count[:, None]).double()
@@ -82,10 +82,10 @@ def oracle(case, step_mm, logs=None, margin_mm=0.0):
     warp = PolyrigidWarp(maps, old.share, poses, old.frame, old.form, old.epsilon, centre.numpy())
     flat = torch.as_tensor(points).reshape(-1, 3)
     moved = warp(flat)
-    to_index = torch.as_tensor(np.linalg.inv(case.affine))
+    to_index = torch.as_tensor(np.linalg.inv(case.volume.affine))
     index = moved @ to_index[:3, :3].T + to_index[:3, 3]
-    place = 2 * index / (torch.tensor(case.voxels.shape[::-1]) - 1) - 1
-    volume = torch.as_tensor(case.voxels).double()[None, None]
+    place = 2 * index / (torch.tensor(case.volume.voxels.shape[::-1]) - 1) - 1
+    volume = torch.as_tensor(case.volume.voxels).double()[None, None]
     values = grid_sample(volume, place[None, None, None], align_corners=True)[0, 0, 0, 0]
     sums = (values.reshape(inside.shape) * inside).sum(1) * step_mm
     image = torch.zeros(case.camera.height * case.camera.width, dtype=torch.float64)

@@ -6,6 +6,7 @@ import torch
 from polyrigid_cases import make_case, oracle, oracle_jacobian, relative_l2
 
 from PolyPoseLib.baselines.published import projector as projector_module
+from PolyPoseLib.baselines.published.projector import Sampling
 from PolyPoseLib.baselines.published.projector_torch import TorchPolyrigidProjector
 from PolyPoseLib.baselines.published.projectors import polyrigid_projector
 from PolyPoseLib.geometry import se3
@@ -29,14 +30,14 @@ def backend(request):
 
 
 def projector(case, backend, **options):
-    return polyrigid_projector(case.voxels, case.affine, case.warp, case.camera, STEP, backend, **options)
+    return polyrigid_projector(case.volume, case.warp, case.camera, Sampling(STEP, **options), backend)
 
 
 def numba_projector(case, **options):
     pytest.importorskip("numba")
     from PolyPoseLib.baselines.published.projector_numba import NumbaPolyrigidProjector
 
-    return NumbaPolyrigidProjector(case.voxels, case.affine, case.warp, case.camera, STEP, **options)
+    return NumbaPolyrigidProjector(case.volume, case.warp, case.camera, Sampling(STEP, **options))
 
 
 @pytest.mark.parametrize(("frame", "form"), FIELDS)
@@ -65,7 +66,7 @@ def test_at_rest_it_is_the_plain_projection(backend):
     for seed in range(3):
         case = make_case(seed, form="rigid")
         image = projector(case, backend).image(np.zeros((3, 6)))
-        body = Body(case.voxels, case.affine, case.warp.center.numpy())
+        body = Body(case.volume.voxels, case.volume.affine, case.warp.center.numpy())
         window = project_body(body, case.camera, np.eye(4), STEP, backend)
         row0, row1, column0, column1 = window.window
         assert relative_l2(image[row0:row1, column0:column1], window.image) < 1e-5
@@ -78,7 +79,9 @@ def test_bones_that_move_as_one_move_everything_rigidly(backend, frame, form):
     image = projector(case, backend, margin_mm=60).image(one)
     centre = case.warp.center.numpy()
     pose = about(se3.exp(torch.as_tensor(one[0])).numpy(), centre)
-    part = project_body(Body(case.voxels, case.affine, centre), case.camera, pose, STEP, backend)
+    part = project_body(
+        Body(case.volume.voxels, case.volume.affine, centre), case.camera, pose, STEP, backend
+    )
     row0, row1, column0, column1 = part.window
     expected = np.zeros_like(image)
     expected[row0:row1, column0:column1] = part.image
@@ -93,15 +96,15 @@ def test_samples_beyond_the_distance_maps(backend):
 
 
 @pytest.mark.parametrize("frame", ["fixed", "moving"])
-def test_gradient_of_a_judged_image(backend, frame, monkeypatch):
+def test_gradient_of_a_scored_image(backend, frame, monkeypatch):
     case = make_case(7, frame, pixels=(8, 8))
     weight = np.random.default_rng(0).normal(size=(8, 8))
 
-    def judge(image):
+    def score(image):
         return float((weight * image.astype(float) ** 2).sum()), 2 * weight * image
 
     def found():
-        return projector(case, backend).judged(case.logs, judge)
+        return projector(case, backend).scored(case.logs, score)
 
     logs = torch.as_tensor(case.logs).requires_grad_()
     value = (torch.as_tensor(weight) * oracle(case, STEP, logs) ** 2).sum()
@@ -129,14 +132,15 @@ def test_chunks_and_kept_weights_change_no_bit():
 
 def test_chunks_of_the_torch_path_agree():
     case = make_case(9)
-    options = (case.voxels, case.affine, case.warp, case.camera, STEP)
-    whole = TorchPolyrigidProjector(*options).image_and_jacobian(case.logs)
+    whole = TorchPolyrigidProjector(case.volume, case.warp, case.camera, Sampling(STEP))
+    expected = whole.image_and_jacobian(case.logs)
     for weights_bytes in (0, 1 << 20):
-        parts = TorchPolyrigidProjector(*options, weights_bytes=weights_bytes, samples_per_chunk=150)
+        sampling = Sampling(STEP, weights_bytes=weights_bytes, samples_per_chunk=150)
+        parts = TorchPolyrigidProjector(case.volume, case.warp, case.camera, sampling)
         for _ in range(2):
             image, jacobian = parts.image_and_jacobian(case.logs)
-            assert relative_l2(image, whole[0]) < 1e-6
-            assert relative_l2(jacobian, whole[1]) < 1e-5
+            assert relative_l2(image, expected[0]) < 1e-6
+            assert relative_l2(jacobian, expected[1]) < 1e-5
 
 
 def test_weights_of_the_blocks_are_those_of_the_warp():
@@ -163,17 +167,17 @@ def test_a_camera_that_looks_away_sees_nothing(backend):
     case = make_case(0)
     source = case.camera.source
     away = case.camera.with_extrinsic(look_at(source, 2 * source - case.warp.center.numpy()))
-    found = polyrigid_projector(case.voxels, case.affine, case.warp, away, STEP, backend)
+    found = polyrigid_projector(case.volume, case.warp, away, Sampling(STEP), backend)
     image, jacobian = found.image_and_jacobian(case.logs)
     assert not image.any() and not jacobian.any()
-    judged = found.judged(case.logs, lambda image: (1.0, np.ones(image.shape)))
-    assert judged.value == 1 and not judged.gradient.any()
+    scored = found.scored(case.logs, lambda image: (1.0, np.ones(image.shape)))
+    assert scored.value == 1 and not scored.gradient.any()
 
 
-def test_a_warp_whose_bones_turn_only_nearby_tissue_is_refused(backend):
+def test_a_warp_with_a_rotation_falloff_is_refused(backend):
     case = make_case()
     old = case.warp
     rotation_falloff = RotationFalloff(40.0, np.zeros((old.distances.count, 3)))
     warp = PolyrigidWarp(old.distances, old.share, old.poses, rotation_falloff=rotation_falloff)
-    with pytest.raises(ValueError, match="without turning"):
-        polyrigid_projector(case.voxels, case.affine, warp, case.camera, STEP, backend)
+    with pytest.raises(ValueError, match="without rotation falloff"):
+        polyrigid_projector(case.volume, warp, case.camera, Sampling(STEP), backend)

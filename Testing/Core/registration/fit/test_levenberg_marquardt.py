@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from PolyPoseLib.errors import CancelledError
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import Normal, State
 
@@ -67,3 +68,65 @@ def test_a_problem_without_unknowns_is_only_evaluated():
     found = minimise(bowl, start(), SolverOptions(5), lambda *step: asked.append(step))
     assert found.cost == bowl.cost(start()) and found.costs == () and len(asked) == 1
     np.testing.assert_array_equal(found.state.poses, start().poses)
+
+
+class Quadratic:
+    """cost = 2 (x - bottom)' A (x - bottom) / 2 of two rigid motions; the state is the vector (12,) itself."""
+
+    size = 12
+
+    def __init__(self, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        factor = rng.normal(size=(12, 12))
+        self.curvature = factor @ factor.T + 0.1 * np.eye(12)
+        self.bottom = rng.normal(size=12) * 0.02
+
+    def moved(self, state: np.ndarray, step: np.ndarray) -> np.ndarray:
+        return state + step
+
+    def cost(self, state: np.ndarray) -> float:
+        return float((state - self.bottom) @ self.curvature @ (state - self.bottom))
+
+    def normal_equations(self, state: np.ndarray) -> Normal:
+        return Normal(self.cost(state), self.curvature, self.curvature @ (state - self.bottom))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_any_state_will_do_and_every_iteration_is_reported(seed):
+    problem, seen = Quadratic(seed), []
+    options = SolverOptions(30, tolerance=1e-12)
+    found = minimise(problem, np.zeros(12), options, lambda x, n, cost: seen.append((n, cost)))
+    np.testing.assert_allclose(found.state, problem.bottom, atol=1e-4)
+    assert [n for n, _ in seen] == list(range(len(seen)))
+    costs = [cost for _, cost in seen]
+    assert costs[0] == np.inf and (np.diff(costs[1:]) < 0).all()
+
+
+def test_a_step_is_limited_for_every_motion_by_itself():
+    problem = Quadratic(0)
+    problem.curvature = np.diag(np.repeat([1e-6, 1.0], 6))
+    problem.bottom = np.concatenate([np.full(6, 1e3), np.full(6, 1e-3)])
+    places = []
+    options = SolverOptions(5, largest_rotation_rad=0.15, largest_translation_mm=12.0)
+    minimise(problem, np.zeros(12), options, lambda x, n, cost: places.append(x))
+    steps = np.diff(places, axis=0).reshape(-1, 2, 2, 3)
+    sizes = np.linalg.norm(steps, axis=3)
+    assert (sizes <= np.array([0.15, 12.0]) * (1 + 1e-9)).all()
+    assert sizes[:, 0].max() > 0.1 and sizes[:, 1].max() < 1e-2
+
+
+def test_it_stops_when_its_caller_raises():
+    def cancel(x, n, cost):
+        if n == 1:
+            raise CancelledError("enough")
+
+    with pytest.raises(CancelledError):
+        minimise(Quadratic(0), np.zeros(12), SolverOptions(30), cancel)
+
+
+def test_a_cost_that_is_not_a_number_is_never_accepted():
+    problem = Quadratic(1)
+    inside = problem.cost
+    problem.cost = lambda x: inside(x) if np.abs(x).max() < 0.01 else np.nan
+    found = minimise(problem, np.zeros(12), SolverOptions(20))
+    assert np.isfinite(found.cost) and found.cost <= inside(np.zeros(12))
