@@ -51,7 +51,7 @@ def find_articulations(structures: Structures, affine: np.ndarray, anchor: int) 
         _sample(structures.labels, number, box, affine)
         for number, box in enumerate(find_objects(structures.labels), start=1)
     ]
-    trees = [KDTree(cloud) for cloud in clouds]
+    trees = [KDTree(cloud, leafsize=16) for cloud in clouds]
     count = len(clouds)
     meetings = {}
     for a in range(count):
