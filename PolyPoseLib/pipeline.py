@@ -180,7 +180,7 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted, device: s
     monitor, joint = run.monitor, fitted.joint
     warped = _warped(study, options, run.named("warping"), joint)
     renderings = _renderings(run.named("rendering"), fitted)
-    names = [xray.name or f"X-ray {n + 1}" for n, xray in enumerate(study.xrays)]
+    names = [xray.name for xray in study.xrays]
     similarities = fitted.after.similarities
     monitor.seconds["total"] = monitor.elapsed
     result = Result(

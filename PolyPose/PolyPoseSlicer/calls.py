@@ -9,6 +9,7 @@ from typing import Any
 
 from slicer.i18n import tr as _
 
+from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.errors import InputError
 
 from .process import environment
@@ -126,7 +127,7 @@ def start_cameras(
     if problem:
         raise InputError(problem)
     sources = xray_sources(parameters)
-    wanted = [without_camera(sources[number]) for number in numbers]
+    wanted = [_called(without_camera(sources[number]), number) for number in numbers]
     study = read_study(
         parameters.ct,
         parameters.segmentation,
@@ -143,6 +144,11 @@ def start_cameras(
         else "auto"
     )
     return CameraRun(study, method, command)
+
+
+def _called(source: XraySource, number: int) -> XraySource:
+    """An X-ray with the name that results and messages give it: by its number among all, where the user gave none."""
+    return replace(source, fields={**source.fields, "name": source.fields.get("name") or view_name(number)})
 
 
 def without_camera(source: XraySource) -> XraySource:

@@ -93,13 +93,13 @@ def run(arguments: argparse.Namespace) -> int:
     if not wanted:
         _LOG.info("Every X-ray has a camera already; add --again to find them anew.")
         return 0
-    names = [xray.name or f"X-ray {n + 1}" for n, xray in enumerate(study.xrays)]
+    names = [xray.name for xray in study.xrays]
     found = _find(study, wanted, arguments)
     for number, camera in found.items():
         if camera.sure or arguments.keep_uncertain:
             _enter(fields["xrays"][number], camera)
     if arguments.report is not None:  # first: what fails here leaves the study as it was
-        report = camera_report([xray.name for xray in study.xrays], found)
+        report = camera_report(names, found)
         write_json(report, arguments.report, "--report")
     write_json(fields, output, "--output")
     if arguments.progress != "json":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from PolyPoseLib.data.options import Options
 from PolyPoseLib.data.structures import Structures
+from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.rigid import rigid_inverse
@@ -62,7 +63,11 @@ class Study:
 
     def __post_init__(self) -> None:
         """Check that the parts fit together; raises InputError."""
-        object.__setattr__(self, "xrays", tuple(self.xrays))
+        named = tuple(
+            each if each.name else replace(each, name=view_name(number))
+            for number, each in enumerate(self.xrays)
+        )
+        object.__setattr__(self, "xrays", named)
         object.__setattr__(self, "warnings", tuple(self.warnings))
         if not self.xrays:
             raise InputError(

@@ -42,7 +42,7 @@ class Xray:
     source_to_detector_mm
         Distance from the source to the detector.
     name
-        Shown to people.
+        Shown to people, in results, too; empty where the user gave none, and then a study calls it by its number.
     provenance
         Origin of every number, one line each.
     warnings
@@ -89,7 +89,7 @@ class Xray:
 
     def __post_init__(self) -> None:
         """Validate, and fix the types."""
-        label = f'The X-ray "{self.name}"'
+        label = f'The X-ray "{self.name}"' if self.name else "The X-ray"
         image = np.ascontiguousarray(self.image, dtype=np.float32)
         mask = np.ascontiguousarray(self.mask, dtype=bool)
         if image.ndim != 2 or mask.shape != image.shape:

@@ -61,7 +61,7 @@ def refuse_hostile_header(path: Path, where: str) -> None:
         return
     if fault:
         raise InputError(
-            f"{where}: the file is damaged or no image: its header {fault}; save the image again."
+            f"{where}: the file is damaged or cut short, or no image: its header {fault}; save the image again."
         )
 
 

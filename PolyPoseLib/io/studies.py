@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from PolyPoseLib.data.segmentation import Segmentation
 from PolyPoseLib.data.structures import build_structures
 from PolyPoseLib.data.study import Study
+from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.data.volume import Volume, odd_hounsfield_values
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io import paths as study_paths
@@ -65,7 +66,9 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
         study_paths.require_different_images([(each["image"], each.get("frame")) for each in entries])
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    xrays = tuple(_read_xray(entry, f'{path}: "xrays"[{number}]') for number, entry in enumerate(entries))
+    xrays = tuple(
+        _read_xray(entry, number, f'{path}: "xrays"[{number}]') for number, entry in enumerate(entries)
+    )
     ct = read_ct(ct_path, fields.get("ct_series"))
     segmentation = read_segmentation(labels_path)
     try:
@@ -74,7 +77,7 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
         )
     except InputError as error:
         raise InputError(f'{path}: "structures": {error}') from error
-    warnings = (*odd_hounsfield_values(ct, fields["ct"]), *odd_structures, *_few_views(xrays))
+    warnings = (*odd_hounsfield_values(ct, "the CT"), *odd_structures, *_few_views(xrays))
     for warning in warnings:
         _LOG.warning(warning)
     return Study(
@@ -100,11 +103,12 @@ def _with_paths(options: Mapping[str, Any], folder: Path, allow_outside: bool) -
     return options
 
 
-def _read_xray(fields: Mapping[str, Any], where: str) -> Xray:
-    """Read one X-ray, whose paths are resolved, and log where its numbers come from."""
+def _read_xray(fields: Mapping[str, Any], number: int, where: str) -> Xray:
+    """Read one X-ray, whose paths are resolved, and log where its numbers come from, without the names of files."""
     path = fields["image"]
     try:
-        xray = read_xray(path, fields={**fields, "image": path.name}, frame=fields.get("frame"))
+        entry = {**fields, "image": path.name, "name": fields.get("name") or view_name(number)}
+        xray = read_xray(path, fields=entry, frame=fields.get("frame"))
     except InputError as error:
         raise InputError(f"{where}: {error}") from error
     for line in xray.provenance:

@@ -9,6 +9,7 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.data.structures import Structures
+from PolyPoseLib.data.view_names import label_of
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError
@@ -116,7 +117,7 @@ class CameraRegressor:
             return likelihood.argsort(descending=True)[:MOST_VIEWS].tolist()
         if xray.standard_view not in names:
             raise InputError(
-                f'X-ray "{xray.name}": its standard view {xray.standard_view} is not one of the camera model '
+                f"{label_of(xray.name)}: its standard view {xray.standard_view} is not one of the camera model "
                 f"({', '.join(names)}): train a model on this study, or choose another method."
             )
         return [names.index(xray.standard_view)]

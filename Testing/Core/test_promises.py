@@ -17,6 +17,9 @@ from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.io.cases import write_case
 
 PATIENT = "Secretname^Patient"
+FILE = "Secretname_Patient_4711"
+"""Part of the names of the study's folder and files."""
+
 NUMBER = "SECRET-4711"
 
 WATCHED = """
@@ -63,18 +66,29 @@ Path(sys.argv[1]).write_text(json.dumps({"status": status, **seen}))
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
-    """A tiny study whose CT and X-rays are DICOM files that carry a patient's name and number."""
-    folder = tmp_path_factory.mktemp("promises") / "case"
+    """A tiny study whose CT and X-rays are DICOM files that carry a patient's name and number, as their names do."""
+    folder = tmp_path_factory.mktemp("promises") / f"{FILE}-study"
     tiny = tiny_case()
     write_case(tiny, folder, options={"preset": "fast", "seed": 1, "threads": 1})
     for path in folder.glob("*.dcm"):
         dataset = pydicom.dcmread(path)
         dataset.PatientName, dataset.PatientID = PATIENT, NUMBER
         dataset.save_as(path)
-    write_ct_slices(tiny.ct, folder / "ct")
+    write_ct_slices(tiny.ct, folder / f"{FILE}-ct")
     fields = json.loads((folder / "study.json").read_text())
-    (folder / "study.json").write_text(json.dumps({**fields, "ct": "ct"}))
+    fields |= {"ct": f"{FILE}-ct", "segmentation": named(folder, fields["segmentation"])}
+    fields["xrays"] = [{**each, "image": named(folder, each["image"])} for each in fields["xrays"]]
+    for each in fields["xrays"]:
+        del each["name"]
+    (folder / f"{FILE}.json").write_text(json.dumps(fields))
+    (folder / "study.json").unlink()
     return folder
+
+
+def named(folder: Path, name: str) -> str:
+    """The new name of a file, which holds the patient's."""
+    (folder / name).rename(folder / f"{FILE}-{name}")
+    return f"{FILE}-{name}"
 
 
 def write_ct_slices(ct: Volume, folder: Path) -> None:
@@ -126,7 +140,7 @@ def watch(folder: Path, *arguments: str, **variables: str) -> tuple[dict, str]:
 def registered(case):
     """A registration from files to files."""
     result = case.parent / "result"
-    seen, said = watch(case.parent, "register", str(case / "study.json"), "--output", str(result))
+    seen, said = watch(case.parent, "register", str(case / f"{FILE}.json"), "--output", str(result))
     assert seen["status"] == 0, said
     return seen, said, result
 
@@ -174,3 +188,27 @@ def test_no_output_names_the_patient(registered):
         content[path.name] = gzip.decompress(found) if path.suffix == ".gz" else found
     for name, text in content.items():
         assert b"secretname" not in text.lower() and NUMBER.encode() not in text, name
+    assert b"X-ray 1" in content["result.json"]
+
+
+@pytest.mark.parametrize("command", ["evaluate", "evaluate --truth", "cameras"])
+def test_no_other_command_names_the_patient(registered, case, command):
+    result, report = registered[2], case.parent / "report.json"
+    labels = next(case.glob(f"{FILE}-labels*"))
+    arguments = {
+        "evaluate": [result, "--segmentation", labels],
+        "evaluate --truth": [result, "--truth", case / "truth"],
+        "cameras": [
+            case / f"{FILE}.json",
+            "--again",
+            "--output",
+            case / "found.json",
+            "--report",
+            report,
+            "--keep-uncertain",
+        ],
+    }[command]
+    seen, said = watch(case.parent, command.split()[0], *map(str, arguments))
+    assert seen["status"] in (0, 3), said
+    assert "secretname" not in said.lower()
+    assert not report.exists() or "secretname" not in report.read_text().lower()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import unittest
 
 import numpy as np
@@ -226,6 +228,27 @@ class ReviewTest(PanelCase):
         path = self.folder / "motions.csv"
         self.panel.review.motions.save(str(path))
         self.assertIn('"', path.read_text(encoding="utf-8-sig").splitlines()[1])
+
+    def test_cells_that_begin_like_formulas_are_texts(self) -> None:
+        motions = self.panel.review.motions
+        numbers = motions.lines[1]
+        for name in ('=HYPERLINK("http://a")', "+1+cmd", "-2+3", "@SUM(A1)", "\t=1", "\r=1"):
+            motions._rows[1] = [name, *numbers[1:]]
+            for separator in (",", "\t"):
+                rows = list(csv.reader(io.StringIO(motions.text(separator), newline=""), delimiter=separator))
+                self.assertEqual(rows[2], ["'" + name, *numbers[1:]])
+        motions._rows[1] = ["two\nlines, one\rname", "-1.50", "-0.10, 0.20, -0.97", "-"]
+        row = list(csv.reader(io.StringIO(motions.text(","), newline="")))[2]
+        self.assertEqual(row, motions.lines[1])
+
+    def test_the_report_names_no_image_of_the_scene(self) -> None:
+        self.node.ct.SetName("Secretname CT")
+        for source in self.panel.xrays.sources:
+            source.image.SetName("Secretname X-ray")
+        self.panel.review.refresh_pictures(force=True)
+        path = self.folder / "report.html"
+        self.panel.review.save_report(str(path))
+        self.assertNotIn("Secretname", path.read_text(encoding="utf-8"))
 
     def test_the_report_holds_pictures_motions_and_warnings(self) -> None:
         path = self.folder / "report.html"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,9 @@ from ..scene.motions import MotionRow, motion_rows, motions_of
 from ..study.parameters import PolyPoseParameterNode
 
 _ROW_HEIGHT = 24
+
+_NUMBERS = re.compile(r"-|[-+]?[0-9.]+(?:, [-+]?[0-9.]+)*")
+"""Cells of numbers alone, which may begin with a sign, or of nothing."""
 
 
 def motion_header(relative_to: str | None) -> list[str]:
@@ -94,6 +98,11 @@ class MotionsPart:
             getattr(self._ui, name).enabled = bool(motions)
         self._fill()
 
+    @property
+    def lines(self) -> list[list[str]]:
+        """The rows of the table as texts."""
+        return [list(row) for row in self._rows]
+
     def text(self, separator: str = "\t") -> str:
         """The table as text with a header: tabs for the clipboard, commas for a file."""
         lines = [motion_header(self.relative_to), *self._rows]
@@ -134,4 +143,12 @@ class MotionsPart:
 
 
 def _quoted(cell: str, separator: str) -> str:
-    return '"' + cell.replace('"', '""') + '"' if separator in cell or '"' in cell else cell
+    """A cell as tables are written: in quotation marks where it must be, and text that no spreadsheet computes.
+
+    Names are whatever a segmentation brings; one that begins like a formula would be run where the table is opened.
+    """
+    if cell[:1] in ("=", "+", "-", "@", "\t", "\r") and not _NUMBERS.fullmatch(cell):
+        cell = "'" + cell
+    if any(each in cell for each in (separator, '"', "\n", "\r", "\t")):
+        return '"' + cell.replace('"', '""') + '"'
+    return cell

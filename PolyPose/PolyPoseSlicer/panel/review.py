@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 import qt
+import slicer
 from slicer.i18n import tr as _
 
+from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.errors import PolyPoseError
 from PolyPoseLib.geometry.camera import review_camera
 
@@ -174,11 +176,11 @@ class ReviewPart:
         self.result_came(nodes)
 
     def report_page(self, parameters: PolyPoseParameterNode) -> ReportPage:
-        """The result of a parameter node as a page."""
+        """The result of a parameter node as a page, without names of the scene's images: they may be the patient's."""
         outputs = outputs_of(parameters)
         self.refresh_pictures()
         facts = [
-            (_("CT"), parameters.ct.GetName() if parameters.ct is not None else "-"),
+            (_("CT"), _size_of(parameters.ct)),
             (_("Structures"), ", ".join(structures_of(parameters)) or "-"),
             (_("Anchor"), parameters.anchor or "-"),
             (_("Preset"), parameters.preset.label()),
@@ -191,7 +193,8 @@ class ReviewPart:
                 (node.GetName(), "-" if similarity is None else _("similarity {n:.4f}").format(n=similarity))
             )
         pictures = []
-        for picture in self.pictures.items:
+        for number, picture in enumerate(self.pictures.items):
+            view = outputs.cameras[number].GetName() if number < len(outputs.cameras) else view_name(number)
             for mode, title in (
                 (Mode.XRAY, _("X-ray")),
                 (Mode.RENDERING, _("rendering")),
@@ -199,10 +202,9 @@ class ReviewPart:
             ):
                 rgb = compared(picture.xray, picture.rendering, mode, 0.5)
                 rgb = rgb[:, ::-1] if self.pictures.from_detector else rgb
-                pictures.append((f"{picture.name}: {title}", rgb))
-        table = [line.split("\t") for line in self.motions.text().splitlines()[1:]]
+                pictures.append((f"{view}: {title}", rgb))
         return ReportPage(
-            facts, motion_header(self.motions.relative_to), table, pictures,
+            facts, motion_header(self.motions.relative_to), self.motions.lines, pictures,
             outputs.warnings, outputs.distrust, self._report_png,
         )  # fmt: skip
 
@@ -314,3 +316,12 @@ def _state_text(parameters: PolyPoseParameterNode | None) -> str:
     lines = [_("DO NOT TRUST THIS RESULT: {why}").format(why=each) for each in outputs.distrust]
     lines += [_("Warning: {text}").format(text=each) for each in outputs.warnings]
     return "\n".join(lines) or _("The checks found no sign of failure.")
+
+
+def _size_of(ct: slicer.vtkMRMLScalarVolumeNode | None) -> str:
+    """Voxels and spacing of a CT; "-" without one."""
+    if ct is None or ct.GetImageData() is None:
+        return "-"
+    voxels = " x ".join(map(str, ct.GetImageData().GetDimensions()))
+    spacing = " x ".join(f"{each:.4g}" for each in ct.GetSpacing())
+    return _("{voxels} voxels of {spacing} mm").format(voxels=voxels, spacing=spacing)

@@ -110,16 +110,17 @@ def cropped(labels: Voxels) -> Voxels:
 
 def _read_xrays(study_file: Path) -> list[LoadedXray]:
     """The X-rays of a study as the registration reads them; none when one cannot be read again."""
+    from PolyPoseLib.data.view_names import view_name
     from PolyPoseLib.errors import PolyPoseError
     from PolyPoseLib.io import study_schema
     from PolyPoseLib.io.xray.read import read_xray
 
     xrays = []
     try:
-        for entry in study_schema.read(study_file)["xrays"]:
+        for number, entry in enumerate(study_schema.read(study_file)["xrays"]):
             xray = read_xray(study_file.parent / entry["image"], fields=entry, frame=entry.get("frame"))
             distance = getattr(xray, "source_to_detector_mm", None)
-            xrays.append(LoadedXray(entry.get("name", xray.name), np.asarray(xray.image), distance))
+            xrays.append(LoadedXray(xray.name or view_name(number), np.asarray(xray.image), distance))
     except PolyPoseError as error:
         logging.warning("The X-rays are not shown beside their renderings: %s", error)
         return []

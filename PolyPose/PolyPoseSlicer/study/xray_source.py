@@ -182,13 +182,15 @@ class XraySource:
         for key in ("mask", "calibration"):
             if entry.get(key):
                 entry[key] = Path(entry[key])  # the user has chosen it, wherever it lies
-        return entry
+        return {**entry, "name": self.name}
 
     def _given(self) -> dict[str, Any]:
         return {key: value for key, value in self.fields.items() if value is not None and key != "frame"}
 
     def _with_image(self, entry: dict[str, Any], image: str, frame: int | None) -> dict[str, Any]:
-        entry |= {"image": image, "name": self.name}
+        entry["image"] = (
+            image  # no name of a node, which may be the patient's: the user's alone reaches files
+        )
         return entry if frame is None else {**entry, "frame": int(frame)}
 
 

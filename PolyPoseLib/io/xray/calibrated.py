@@ -75,17 +75,17 @@ def with_calibration(given: XrayFields, folder: Path, notes: Notes) -> Calibrate
     if given.intrinsics is None:
         size = calibration.image_size
         given = replace(given, intrinsics=calibration.intrinsics)
-        notes.say(f"intrinsics from the calibration {path.name}")
+        notes.say("intrinsics from its calibration")
     if given.calibration_frame == "ct" and given.extrinsic is None:
         if calibration.extrinsic is None:
             raise InputError(
                 f'{notes.where}: "calibration_frame" is "ct", but {path.name} holds no pose; remove it.'
             )
         given = replace(given, extrinsic=calibration.extrinsic)
-        notes.say(f"extrinsic from the calibration {path.name}, in the CT's frame")
+        notes.say("extrinsic from its calibration, in the CT's frame")
     distortion = calibration.distortion if any(calibration.distortion) else ()
     if distortion:
-        notes.say(f"distortion from the calibration {path.name}: undone")
+        notes.say("distortion from its calibration: undone")
     return Calibrated(given, distortion, rig, size)
 
 

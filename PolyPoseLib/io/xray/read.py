@@ -89,7 +89,7 @@ def read_xray(
         camera=camera.state,
         pixel_spacing_mm=detector.pixel_spacing_mm,
         source_to_detector_mm=detector.source_to_detector_mm,
-        name=given.name or path.name.split(".")[0],
+        name=given.name or "",
         provenance=tuple(notes.provenance),
         warnings=tuple(notes.warnings),
         initial_radius=camera.pose.radius if camera.pose else None,

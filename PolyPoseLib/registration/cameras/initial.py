@@ -10,6 +10,7 @@ import numpy as np
 
 from PolyPoseLib.data.found_camera import FoundCamera
 from PolyPoseLib.data.landmarks import Landmarks
+from PolyPoseLib.data.view_names import label_of
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError, UntrustedResultError
 from PolyPoseLib.geometry.camera import Camera
@@ -158,7 +159,7 @@ def learned_camera(run: Run, xray: Xray, model: Regressor) -> FoundCamera:
 def landmark_camera(run: Run, xray: Xray, landmarks: Landmarks) -> FoundCamera:
     """The camera that landmarks give; where they leave too much open, the best one within their radius."""
     detector = Camera(xray.intrinsics, np.eye(4), *xray.image.shape)
-    name = f'X-ray "{xray.name}": "landmarks"'
+    name = f'{label_of(xray.name)}: "landmarks"'
     found = camera_from_landmarks(landmarks.points, landmarks.pixels, detector, name)
     how = f"{int(found.inliers.sum())} of {len(found.inliers)} landmarks, {found.rms_mm:.1f} mm off"
     problems = landmark_problems(found)
@@ -166,7 +167,9 @@ def landmark_camera(run: Run, xray: Xray, landmarks: Landmarks) -> FoundCamera:
     radius = max(degrees, LEAST_RADIUS[0]), max(millimetres, LEAST_RADIUS[1])
     if not problems and (radius[0] > GIVEN_RADIUS[0] or radius[1] > GIVEN_RADIUS[1]):
         return _searched_around(run, xray, found.camera, radius, f"{how}, then searched")
-    warnings = [f'The camera of X-ray "{xray.name}" is uncertain: {"; ".join(problems)}.'] if problems else []
+    warnings = (
+        [f"The camera of {label_of(xray.name)} is uncertain: {'; '.join(problems)}."] if problems else []
+    )
     warnings += _outliers(found, xray.name)
     return FoundCamera(found.camera.extrinsic, not problems, radius, how, tuple(warnings))
 
@@ -207,7 +210,7 @@ def scored_camera(found: Sequence[Hypothesis], how: str, name: str) -> FoundCame
     """
     if not found:
         raise UntrustedResultError(
-            f'The camera of X-ray "{name}" was not found: no view that was tried shows the anchor; give its '
+            f"The camera of {label_of(name)} was not found: no view that was tried shows the anchor; give its "
             '"extrinsic", "landmarks" or "standard_view".'
         )
     best = found[0]
@@ -215,7 +218,7 @@ def scored_camera(found: Sequence[Hypothesis], how: str, name: str) -> FoundCame
     reasons = reasons_for_uncertainty(found)
     fix = 'check it, or give its "landmarks" or "standard_view"'
     warnings = (
-        (f'The camera of X-ray "{name}" is uncertain: {"; ".join(reasons)}; {fix}.',) if reasons else ()
+        (f"The camera of {label_of(name)} is uncertain: {'; '.join(reasons)}; {fix}.",) if reasons else ()
     )
     runner_up = "" if second is None else f", the next best {second:.2f}"
     how = f"{how}: similarity {best.similarity:.2f}{runner_up}"
@@ -245,7 +248,7 @@ def landmark_problems(found: PnpSolution) -> list[str]:
 def _outliers(found: PnpSolution, name: str) -> list[str]:
     """One line that names the landmarks that were left out."""
     out = [f"{n} ({found.errors_mm[n]:.0f} mm)" for n in np.flatnonzero(~found.inliers)]
-    return [f'X-ray "{name}": left out the landmarks {", ".join(out)}, counted from 0.'] if out else []
+    return [f"{label_of(name)}: left out the landmarks {', '.join(out)}, counted from 0."] if out else []
 
 
 def _searched_around(
@@ -261,14 +264,14 @@ def _searched_around(
 def _given(run: Run, xray: Xray, model: Regressor | None) -> FoundCamera:
     """The extrinsic of the study."""
     if xray.extrinsic is None:
-        raise InputError(f'X-ray "{xray.name}": it has no "extrinsic"; give one or choose another method.')
+        raise InputError(f'{label_of(xray.name)}: it has no "extrinsic"; give one or choose another method.')
     return FoundCamera(xray.extrinsic, True, GIVEN_RADIUS, "the initial camera given in the study")
 
 
 def _from_landmarks(run: Run, xray: Xray, model: Regressor | None) -> FoundCamera:
     if xray.landmarks is None:
         raise InputError(
-            f'X-ray "{xray.name}": it has no "landmarks"; add four pairs or choose another method.'
+            f'{label_of(xray.name)}: it has no "landmarks"; add four pairs or choose another method.'
         )
     return landmark_camera(run, xray, xray.landmarks)
 
@@ -278,7 +281,7 @@ def _around_dicom(run: Run, xray: Xray, model: Regressor | None) -> FoundCamera:
     placed = xray.placed_at(run.scene.anchor_centre)
     if placed.extrinsic is None or placed.initial_radius is None:
         raise InputError(
-            f'X-ray "{xray.name}": no camera follows from its DICOM attributes; choose another method.'
+            f"{label_of(xray.name)}: no camera follows from its DICOM attributes; choose another method."
         )
     start = Camera(xray.intrinsics, placed.extrinsic, *xray.image.shape)
     return _searched_around(run, xray, start, placed.initial_radius, "searched around the camera from DICOM")
@@ -287,7 +290,7 @@ def _around_dicom(run: Run, xray: Xray, model: Regressor | None) -> FoundCamera:
 def _learned(run: Run, xray: Xray, model: Regressor | None) -> FoundCamera:
     if model is None:
         raise InputError(
-            f'X-ray "{xray.name}": "learned" needs a camera model: train one with python -m PolyPoseLib train and '
+            f'{label_of(xray.name)}: "learned" needs a camera model: train one with python -m PolyPoseLib train and '
             'give it with --model or as the option "camera_model".'
         )
     return learned_camera(run, xray, model)

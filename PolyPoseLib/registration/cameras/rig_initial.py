@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from PolyPoseLib.data.found_camera import FoundCamera
+from PolyPoseLib.data.view_names import label_of
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError, UntrustedResultError
 from PolyPoseLib.geometry.camera import Camera
@@ -77,7 +78,7 @@ def initial_rig_cameras(
 def _rig_extrinsic(xray: Xray) -> np.ndarray:
     """(4, 4) from the rig's world to the camera."""
     if xray.rig is None:
-        raise InputError(f'X-ray "{xray.name}" has no "rig": it cannot be placed by other X-rays.')
+        raise InputError(f'{label_of(xray.name)} has no "rig": it cannot be placed by other X-rays.')
     return xray.rig.extrinsic
 
 

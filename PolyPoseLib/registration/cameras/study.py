@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from PolyPoseLib.data.view_names import label_of
 from PolyPoseLib.data.xray import Xray, place_isocenter
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.cameras.initial import Regressor, initial_camera
@@ -159,6 +160,6 @@ def _unreliable(name: str, refinement: RefinedCamera | None) -> list[str]:
     if refinement is None or refinement.reliable:
         return []
     return [
-        f'The camera of X-ray "{name}" is uncertain: its rendering of the anchor does not match it well (local '
+        f"The camera of {label_of(name)} is uncertain: its rendering of the anchor does not match it well (local "
         f"correlation {refinement.similarity:.2f}); check it, or give a better initial camera, landmarks or a mask."
     ]

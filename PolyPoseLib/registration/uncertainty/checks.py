@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from PolyPoseLib.data.view_names import label_of
 from PolyPoseLib.geometry.rigid import rotation_angle_deg
 from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.problem import State
@@ -99,13 +100,14 @@ def reasons_for_distrust(
     for n, name in enumerate(names):
         if not after.visible[scene.anchor, n]:
             reasons.append(
-                f'The anchor "{scene.names[scene.anchor]}" does not project into X-ray "{name}": give it a better '
+                f'The anchor "{scene.names[scene.anchor]}" does not project into {label_of(name)}: give it a better '
                 "initial camera."
             )
         elif after.similarities[n] < LEAST_SIMILARITY:
             reasons.append(
-                f'The rendering explains X-ray "{name}" badly (local correlation {after.similarities[n]:.2f}, at least '
-                f"{LEAST_SIMILARITY:g} is expected): check its initial camera, distances and pixel spacing."
+                f"The rendering explains {label_of(name)} badly (local correlation "
+                f"{after.similarities[n]:.2f}, at least {LEAST_SIMILARITY:g} is expected): "
+                "check its initial camera, distances and pixel spacing."
             )
     if np.mean(after.similarities) < np.mean(before.similarities) - MARGIN:
         reasons.append(

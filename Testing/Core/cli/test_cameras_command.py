@@ -63,7 +63,7 @@ def test_only_the_missing_camera_is_found_and_written(study, asked, capsys):
     before = json.loads(study.read_text())
     assert run(study) == 0
     after = json.loads(study.read_text())
-    assert asked["asked"] == [("side", "auto")]
+    assert asked["asked"] == [("X-ray 2", "auto")]
     np.testing.assert_array_equal(after["xrays"][1]["extrinsic"], FOUND)
     assert after["xrays"][1]["camera"] == "initial" and after["xrays"][1]["mirrored"] is False
     assert after["xrays"][0] == before["xrays"][0] and after["comment"] == "stays"
@@ -74,7 +74,7 @@ def test_only_the_missing_camera_is_found_and_written(study, asked, capsys):
 
 def test_again_looks_for_all_of_them(study, asked):
     assert run(study, "--again", "--method", "search") == 0
-    assert asked["asked"] == [("ap", "search"), ("side", "search")]
+    assert asked["asked"] == [("X-ray 1", "search"), ("X-ray 2", "search")]
 
 
 def test_uncertain_cameras_are_written_only_on_request(study, asked, capsys):
@@ -82,7 +82,7 @@ def test_uncertain_cameras_are_written_only_on_request(study, asked, capsys):
     before = study.read_text()
     assert run(study) == 3
     assert json.loads(study.read_text()) == json.loads(before)
-    assert "side is uncertain and was not written" in capsys.readouterr().err
+    assert "X-ray 2 is uncertain and was not written" in capsys.readouterr().err
     for option in ("--keep-uncertain", "--keep-doubtful"):  # the second is its earlier name
         study.write_text(before)
         assert run(study, option) == 3
@@ -110,7 +110,7 @@ def test_the_report_tells_what_was_found_and_how_sure_it_is(study, asked, tmp_pa
     found = json.loads(report.read_text())
     assert found["version"] == 1
     (camera,) = found["cameras"]
-    assert (camera["number"], camera["name"], camera["sure"]) == (1, "side", False)
+    assert (camera["number"], camera["name"], camera["sure"]) == (1, "X-ray 2", False)
     assert (camera["similarity"], camera["runner_up"], camera["within"]) == (0.8, 0.3, [2, 10])
     assert camera["how"] == "as asked" and camera["warnings"] == ["uncertain"] and camera["mirrored"] is False
     np.testing.assert_array_equal(camera["extrinsic"], FOUND)

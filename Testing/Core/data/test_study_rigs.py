@@ -45,7 +45,7 @@ def folder(tmp_path):
 def xray(folder, n: int, *, calibrated: bool, placed: bool = False, **fields) -> Xray:
     """One X-ray of the rig, with its calibration file, its extrinsic in the CT's frame, or both."""
     name = ("ap", "side")[n]
-    entry = {"image": f"{name}.nii.gz", "rig": "biplane", **fields}
+    entry = {"image": f"{name}.nii.gz", "name": name, "rig": "biplane", **fields}
     entry |= {"calibration": f"{name}.json"} if calibrated else {"intrinsics": K.tolist()}
     entry |= {"extrinsic": pose(n).tolist()} if placed else {}
     return read_xray(folder / f"{name}.nii.gz", fields=entry)
