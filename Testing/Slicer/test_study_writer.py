@@ -68,11 +68,11 @@ class StudyTest(SlicerTestCase):
             scenes.add_segmentation(ct),
             [
                 XraySource(scenes.add_xray(), fields=fields, camera_transform=node),
-                XraySource(scenes.add_xray("second"), fields=GEOMETRY),
+                XraySource(scenes.add_xray("second"), fields={**GEOMETRY, "name": "lateral"}),
             ],
         )
         known, typed = study.xrays
-        self.assertEqual((known.name, known.camera), ("AP", "known"))
+        self.assertEqual((known.name, known.camera, typed.name), ("X-ray 1", "known", "lateral"))
         np.testing.assert_allclose(known.extrinsic, extrinsic, atol=1e-9)
         np.testing.assert_allclose(known.image, np.arange(1200).reshape(40, 30) / 400, atol=1e-6)
         self.assertEqual(tuple(typed.pixel_spacing_mm), (2.0, 2.0))
