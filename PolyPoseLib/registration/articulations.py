@@ -1,8 +1,8 @@
-"""Where bones meet, and how little they are expected to part there.
+"""Joints of bones, and the prior that bones stay together there.
 
-A weak expectation, strong only while the images are coarse: at each joint two bones keep together to within a few
-millimetres and turn against each other by no more than some tens of degrees.  It keeps bones that the X-rays show
-badly from wandering off, and hands motions along the chain of bones; at the finest level the images decide.
+A weak prior, strong only while the images are coarse: at each joint two bones stay together to within a few millimetres
+and rotate relative to each other by no more than some tens of degrees. It keeps bones that the X-rays hardly show from
+drifting away, and passes motions along the chain of bones; at the finest level the images decide.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.geometry.rigid import rigid_inverse, rotation_vectors, skew
 
 CONTACT_MM = 10.0
-"""Bones with a smaller gap are taken to form a joint."""
+"""Bones with a smaller gap form a joint."""
 
 CONTACT_BAND_MM = 5.0
 """Points of two bones that are at most this much farther apart than the closest ones make up their contact."""
@@ -27,7 +27,7 @@ SLIDE_MM = 5.0
 """How far a joint is expected to come apart (standard deviation), besides its gap in the CT."""
 
 TURN_DEG = 20.0
-"""How far a joint is expected to turn (standard deviation)."""
+"""How far a joint is expected to rotate (standard deviation)."""
 
 _POINTS = 4000
 
@@ -91,9 +91,19 @@ def _sample(labels: np.ndarray, number: int, box: tuple[slice, ...], affine: np.
 
 
 class ArticulationPrior:
-    """The expectation's cost, weight * mean over joints of (gap / slide)^2 + (angle / TURN_DEG)^2, and its derivatives.
+    """The prior's cost, weight * mean over joints of (gap / slide)^2 + (angle / TURN_DEG)^2, and its derivatives.
 
-    centres: (K, 3) about which poses are perturbed; free_poses: structures that move, in the order of unknowns.
+    Parameters
+    ----------
+    articulations : sequence of Articulation
+        The joints.
+    centres : (K, 3) ndarray
+        LPS mm, about which poses are perturbed.
+    free_poses : sequence of int
+        Structures that move, in the order of the unknowns.
+    weight : float
+        In units of the images' cost.
+
     """
 
     def __init__(
@@ -152,7 +162,7 @@ class ArticulationPrior:
 
 
 class OneBonePrior:
-    """The expectation of one bone's own joints as a function of its pose, the others standing still."""
+    """The prior of one bone's own joints as a function of its pose, the others standing still."""
 
     def __init__(
         self, prior: ArticulationPrior, number: int, poses: np.ndarray, factor: float | None = None

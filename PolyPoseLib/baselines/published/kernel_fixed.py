@@ -28,16 +28,16 @@ def first_blocks(count: np.ndarray) -> np.ndarray:
 
 
 @compiled(parallel=True, fastmath=True)
-def integrate(volume, weights, blocks, first, step, count, logs, to_index, step_mm, image, jacobian):
+def integrate(volume, weights, rays, logs, to_index, image, jacobian):
     """Line integrals of a volume that is seen through a polyrigid warp, and their derivatives by the logarithms.
 
-    volume: (D, H, W) float32 with a border of zeros; weights: (blocks, K, LANES) float32; blocks: (R + 1,) int64;
-    first, step: (R, 3) float32 mm relative to the logarithms' centre; count: (R,) int32; logs: (K, 6) float32;
-    to_index: (3, 4) float32, moving mm relative to the centre to voxel index; image: (R,) float32, overwritten;
-    jacobian: (R, K, 6) float32, overwritten, or of no ray when it is not wanted.
+    volume: (D, H, W) float32 with a border of zeros; weights: (blocks, K, LANES) float32; rays: RayBlocks; logs: (K, 6)
+    float32; to_index: (3, 4) float32, moving mm relative to the centre to voxel index; image: (R,) float32,
+    overwritten; jacobian: (R, K, 6) float32, overwritten, or of no ray when it is not wanted.
     """
+    blocks, first, step, count = rays.blocks, rays.first, rays.step, rays.counts
     wanted = len(jacobian) > 0
-    scale = np.float32(step_mm)
+    scale = np.float32(rays.step_mm)
     for ray in numba.prange(len(count)):
         scratch = np.empty((ROWS, LANES), np.float32)
         total = np.float32(0)
@@ -60,19 +60,19 @@ def integrate(volume, weights, blocks, first, step, count, logs, to_index, step_
 
 
 @compiled(parallel=True, fastmath=True)
-def fill_weights(maps, to_grid, spacing, share, form, constant, blocks, first, step, weights):
+def fill_weights(field, rays, weights):
     """Weights of all samples, those that fill up a ray's last block included.
 
-    maps: (K, d, h, w) float32 signed distances, 2 nodes or more along every axis; to_grid: (3, 4) float32, mm
-    relative to the centre to the maps' index; spacing: (3,) float32 mm along (i, j, k); share: (K,) float32;
-    form, constant: see raw_weight; the rest as in integrate; weights: (blocks, K, LANES) float32, overwritten.
+    field: WeightField; rays: RayBlocks; weights: (blocks, K, LANES) float32, overwritten.
     """
+    maps, share, form, constant = field.maps, field.share, field.form, field.constant
+    blocks, first, step = rays.blocks, rays.first, rays.step
     for ray in numba.prange(len(first)):
         cells = np.empty((3, LANES), np.int64)
         places = np.empty((4, LANES), np.float32)
         for number in range(blocks[ray + 1] - blocks[ray]):
             block = weights[blocks[ray] + number]
-            _locate(maps.shape, to_grid, spacing, first[ray], step[ray], number * LANES, cells, places)
+            _locate(field, first[ray], step[ray], number * LANES, cells, places)
             totals = np.zeros(LANES, np.float32)
             for k in range(len(maps)):
                 _interpolate(maps[k], cells, places, block[k])
@@ -88,11 +88,12 @@ def fill_weights(maps, to_grid, spacing, share, form, constant, blocks, first, s
 
 
 @numba.njit(fastmath=True)
-def _locate(shape, to_grid, spacing, first, step, start, cells, places):
+def _locate(field, first, step, start, cells, places):
     """Where a block's samples lie in the maps' grid: cells (3, LANES) and, in ``places`` (4, LANES), the fractions
     inside the cell (3) and the distance to the grid's box (mm).
     """
-    _, depth, height, width = shape
+    to_grid, spacing = field.to_grid, field.spacing
+    _, depth, height, width = field.maps.shape
     zero = np.float32(0)
     for n in range(LANES):
         s = np.float32(start + n)

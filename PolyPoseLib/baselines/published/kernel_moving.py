@@ -1,6 +1,6 @@
 """The fused polyrigid kernel for weights that travel with the bones (numba, CPU).
 
-Distances are measured at T_k x, so that every pose changes every weight: they are looked up anew in each pass, and
+Distances are measured at T_k x, so that every pose changes every weight: they are looked up again in each pass, and
 the Jacobian has a second part. With w_k = f(d_k) / sum f, a change of d_k changes V = sum w_j v_j by
 (f'(d_k) / sum f) (v_k - V).
 """
@@ -24,20 +24,18 @@ from PolyPoseLib.warp.weight_kernel import _float, _relative_slope, raw_weight
 
 
 @compiled(parallel=True, fastmath=True)
-def integrate_moving(
-    volume, maps, to_grid, spacing, share, form, constant, blocks, first, step, count, logs, poses, to_index,
-    step_mm, image, jacobian, by_pose,
-):  # fmt: skip
-    """As ``polyrigid_kernel.integrate``, for weights that are looked up at T_k x.
+def integrate_moving(volume, field, rays, motion, to_index, image, jacobian, by_pose):
+    """As ``kernel_fixed.integrate``, for weights that are looked up at T_k x.
 
-    maps, to_grid, spacing, share, form, constant: see ``polyrigid_kernel.fill_weights``; poses: (K, 3, 4) float32,
-    T_k in coordinates relative to the centre; jacobian: (R, K, 6) the part by the logarithms with weights held;
-    by_pose: (R, K, 6) the part by the weights, by a perturbation [rotation, translation] on the left of T_k about
-    the centre.
+    field: WeightField; motion: logarithms (K, 6) float32, and T_k (K, 3, 4) float32 in coordinates relative to the
+    centre; jacobian: (R, K, 6) the part by the logarithms with weights held; by_pose: (R, K, 6) the part by the
+    weights, by a perturbation [rotation, translation] on the left of T_k about the centre.
     """
+    blocks, first, step, count = rays.blocks, rays.first, rays.step, rays.counts
+    logs, poses = motion
     structures = len(logs)
     wanted = len(jacobian) > 0
-    scale = _float(step_mm)
+    scale = _float(rays.step_mm)
     for ray in numba.prange(len(count)):
         scratch = np.empty((ROWS, LANES), np.float32)
         block = np.empty((structures, LANES), np.float32)
@@ -48,20 +46,7 @@ def integrate_moving(
             by_pose[ray] = 0
         for number in range(blocks[ray + 1] - blocks[ray]):
             start = number * LANES
-            _weigh(
-                maps,
-                to_grid,
-                spacing,
-                share,
-                form,
-                constant,
-                first[ray],
-                step[ray],
-                start,
-                poses,
-                block,
-                points,
-            )
+            _weigh(field, first[ray], step[ray], start, poses, block, points)
             blend(block, logs, scratch)
             warp(first[ray], step[ray], start, to_index, scratch)
             total += gather(volume, count[ray] - start, scratch)
@@ -79,10 +64,12 @@ def integrate_moving(
 
 
 @numba.njit(fastmath=True)
-def _weigh(maps, to_grid, spacing, share, form, constant, first, step, start, poses, block, points):
+def _weigh(field, first, step, start, poses, block, points):
     """Weights (K, LANES) of a block, and for each structure in ``points`` (K, 7, LANES): T_k x (3), the gradient
     of the distance there (3), and f'(d) / sum f.
     """
+    maps, to_grid, spacing = field.maps, field.to_grid, field.spacing
+    share, form, constant = field.share, field.form, field.constant
     structures = len(poses)
     for n in range(LANES):
         s = _float(start + n)

@@ -25,7 +25,7 @@ JACOBIAN_BYTES = 1 << 28
 """Jacobians up to this size are kept until the image's slope is known; larger ones cost a second pass."""
 
 WEIGHTS_BYTES = 1 << 30
-"""Weights of the fixed frame are kept up to this size; the rest are made anew in every pass."""
+"""Weights of the fixed frame are kept up to this size; the rest are computed again in every pass."""
 
 SAMPLES_PER_CHUNK = 1 << 18
 

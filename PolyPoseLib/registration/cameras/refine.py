@@ -27,7 +27,7 @@ BESIDE_MOVED_MM, LEAST_ANCHOR = 6.0, 0.4
 remains."""
 
 BEAM_STEPS_MM = (16.0, 8.0, 4.0)
-"""Steps along the beam, long ones first, with which a camera's distance is looked for."""
+"""Steps along the beam, long ones first, with which a camera's distance is searched."""
 
 BEAM_STEPS = 8
 """Steps of one length at most."""

@@ -1,1 +1,1 @@
-"""How sure a result is: intervals, local minima, checks."""
+"""How certain a result is: intervals, local minima, checks."""

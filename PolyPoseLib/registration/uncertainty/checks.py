@@ -105,7 +105,7 @@ def reasons_for_distrust(
             )
         elif after.similarities[n] < LEAST_SIMILARITY:
             reasons.append(
-                f"The rendering explains {label_of(name)} badly (local correlation "
+                f"The rendering does not match {label_of(name)} well (local correlation "
                 f"{after.similarities[n]:.2f}, at least {LEAST_SIMILARITY:g} is expected): "
                 "check its initial camera, distances and pixel spacing."
             )
@@ -120,8 +120,8 @@ def reasons_for_distrust(
         angle = rotation_angle_deg(poses[k, :3, :3])
         if angle > LARGEST_ROTATION_DEG:
             reasons.append(
-                f'The structure "{name}" turned by {angle:.0f} degrees against the anchor, more than '
-                f"{LARGEST_ROTATION_DEG:g} is not credible."
+                f'The structure "{name}" rotated by {angle:.0f} degrees relative to the anchor; more than '
+                f"{LARGEST_ROTATION_DEG:g} is not plausible."
             )
     return tuple(reasons)
 

@@ -151,7 +151,7 @@ def test_weights_of_the_blocks_are_those_of_the_warp():
         case = make_case(10, form=form)
         found = numba_projector(case)
         (rays,) = found.chunks
-        blocks = found._blocks[0]
+        blocks = found._rays[0].blocks
         weights = found.weights_of(0)
         for ray in range(0, rays.rays, 7):
             own = weights[blocks[ray] : blocks[ray + 1]].transpose(1, 0, 2).reshape(3, -1)

@@ -28,4 +28,4 @@ def test_a_patient_at_rest_may_lose_a_hair_of_similarity(scene: Scene) -> None:
 
 def test_a_similarity_that_falls_speaks_against_the_result(scene: Scene) -> None:
     assert "did not rise" in reasons(scene, 0.93, 0.80)
-    assert "badly" in reasons(scene, 0.2, 0.3)
+    assert "does not match" in reasons(scene, 0.2, 0.3)

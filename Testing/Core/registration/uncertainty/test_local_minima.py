@@ -1,4 +1,4 @@
-"""A second place that explains the X-rays as well widens the interval; where there is none, nothing changes."""
+"""A second pose that fits the X-rays as well widens the interval; where there is none, nothing changes."""
 
 import numpy as np
 import pytest
