@@ -80,8 +80,18 @@ def _run(argv: Sequence[str] | None) -> int:
     start_logging(arguments.quiet, arguments.debug)
     _print_any_text()
     _interrupt_on_termination()
+    if getattr(arguments, "computes", False):
+        _require_memory_to_start()
     with libraries_quiet(arguments.debug):
         return arguments.run(arguments)
+
+
+def _require_memory_to_start() -> None:
+    """Refuse to start where the libraries alone do not fit: some end the process when they find no memory."""
+    from PolyPoseLib.data.memory_need import MemoryNeed
+    from PolyPoseLib.io.machine_memory import require_memory
+
+    require_memory(MemoryNeed.of_program(), "A registration of any study")
 
 
 def _give_up_stdout() -> None:

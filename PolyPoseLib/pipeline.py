@@ -13,6 +13,7 @@ from PolyPoseLib.data.options import Options
 from PolyPoseLib.data.progress import CancelQuery, Monitor, ProgressCallback
 from PolyPoseLib.data.result import CameraResult, Result, StructureResult, installed_versions
 from PolyPoseLib.data.study import Study
+from PolyPoseLib.io.machine_memory import require_memory
 from PolyPoseLib.io.transforms import preview_writer
 from PolyPoseLib.registration.bones.joint import fit_structures
 from PolyPoseLib.registration.bones.rejection import inconsistency_warnings, inconsistent_structures
@@ -27,6 +28,7 @@ from PolyPoseLib.registration.cameras.study import (
 from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.fit.problem import JointResult
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
+from PolyPoseLib.registration.memory import needed_memory
 from PolyPoseLib.registration.outputs import TRANSFORM_MM, Warped, render_views, warp_study
 from PolyPoseLib.registration.presets import PRESETS, Preset
 from PolyPoseLib.registration.run import Run
@@ -64,7 +66,7 @@ def register(
     Raises
     ------
     InputError
-        An option that cannot be met on this machine.
+        An option that cannot be met on this machine, or less memory than the study needs.
     CancelledError
         ``cancel`` returned True.
 
@@ -73,6 +75,7 @@ def register(
     monitor = Monitor(progress, cancel)
     device = resolve_device(options.device)
     backend = select_backend(options.kernel, device, options.threads)
+    require_memory(needed_memory(study, options), "The registration")
     preset = PRESETS[options.preset]
     preview = preview_writer(Path(options.preview)) if options.preview else None
     monitor.step("preparing", 0, 1, None)

@@ -34,6 +34,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--device", choices=CHOICES["device"], help="where to compute (default: auto)")
     parser.add_argument("--threads", type=int, metavar="N", help="CPU threads (default: all)")
+    parser.set_defaults(computes=True)  # what every computation needs is checked before it is imported
     parser.add_argument("--seed", type=int, metavar="N", help="seed of every random choice (default: 0)")
 
 

@@ -142,15 +142,18 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
     from PolyPoseLib.data.options import Options
     from PolyPoseLib.data.progress import Monitor
     from PolyPoseLib.data.xray import place_isocenter
+    from PolyPoseLib.io.machine_memory import require_memory
     from PolyPoseLib.pipeline import camera_regressor
     from PolyPoseLib.registration.cameras.rig_initial import initial_rig_cameras
     from PolyPoseLib.registration.cameras.study import grouped_by_rig
     from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
+    from PolyPoseLib.registration.memory import needed_memory
     from PolyPoseLib.registration.run import Run
     from PolyPoseLib.registration.scene import Scene
     from PolyPoseLib.rendering.select import resolve_device, select_backend
 
     options = Options.from_dict(merged_options(study.options, arguments))
+    require_memory(needed_memory(study, options, warps=False), "The search of cameras")
     backend = select_backend(options.kernel, resolve_device(options.device), options.threads)
     display = progress_display(arguments.progress)
     cameras: dict[int, FoundCamera] = {}

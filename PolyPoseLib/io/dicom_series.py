@@ -22,6 +22,7 @@ from PolyPoseLib.io.dicom import (
     refuse_swollen,
 )
 from PolyPoseLib.io.files import refuse_special_file
+from PolyPoseLib.io.machine_memory import require_room
 from PolyPoseLib.io.native_output import native_output_logged
 from PolyPoseLib.io.slice_stack import Slice, sorted_slices, stack_affine
 
@@ -271,6 +272,7 @@ def _pixels(path: Path, slices: Sequence[Slice]) -> np.ndarray:
     """Voxels (k, j, i) with rescale slope and intercept applied (DICOM C.11.1)."""
     import SimpleITK as sitk
 
+    require_room(4.0 * len(slices) * slices[0].size[0] * slices[0].size[1], str(path))
     if slices[0].frame is not None:
         return _frame_pixels(slices)
     for each in slices:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ from PolyPoseLib.errors import InputError, is_out_of_memory, memory_ran_out
 from PolyPoseLib.io.detached_data import HEADER_ENDINGS, is_in_several_files, refuse_special_data
 from PolyPoseLib.io.files import refuse_special_file
 from PolyPoseLib.io.guarded import LIST_LIMITS, read_in_child
+from PolyPoseLib.io.machine_memory import require_room
 from PolyPoseLib.io.native_output import native_output_logged
 from PolyPoseLib.io.nifti import NIFTI_ENDINGS, check_nifti, check_nifti_grid, pair_of
 from PolyPoseLib.io.readers import reader_for
@@ -67,6 +69,7 @@ def read_image(path: str | Path) -> sitk.Image:
                 f"{path}: {'x'.join(map(str, size))} voxels are too many to hold in memory; resample the "
                 "image to a coarser grid or crop it."
             )
+        require_room(2 * _bytes_of(reader), str(path))
         if path.name.lower().endswith(NIFTI_ENDINGS):
             check_nifti(path)
             check_nifti_grid(path)
@@ -86,6 +89,14 @@ def _read_parts(path: Path) -> sitk.Image:
         return read_in_child(path, kind, LIST_LIMITS)
     except InputError as error:
         raise InputError(_read_failure(path, str(error))) from error
+
+
+def _bytes_of(reader: sitk.ImageFileReader) -> int:
+    """Bytes of the pixels that a header promises."""
+    import SimpleITK as sitk
+
+    one = sitk.Image([1] * reader.GetDimension(), reader.GetPixelID(), reader.GetNumberOfComponents())
+    return math.prod(reader.GetSize()) * reader.GetNumberOfComponents() * one.GetSizeOfPixelComponent()
 
 
 def _refuse_negative_spacing(path: Path) -> None:

@@ -274,8 +274,10 @@ def _hounsfield(ct: Volume) -> Volume:
     """HU as 16-bit integers, which halves the file and is how scanners store them; clipped to its range."""
     if np.issubdtype(ct.voxels.dtype, np.integer):
         return ct
-    voxels = np.nan_to_num(ct.voxels, nan=AIR_HU)
-    return Volume(np.clip(np.rint(voxels), -32768, 32767).astype(np.int16), ct.affine)
+    stored = np.empty(ct.shape, np.int16)
+    for section, out in zip(ct.voxels, stored, strict=True):
+        out[...] = np.clip(np.rint(np.nan_to_num(section, nan=AIR_HU)), -32768, 32767)
+    return Volume(stored, ct.affine)
 
 
 def _labels(labels: Volume) -> Volume:

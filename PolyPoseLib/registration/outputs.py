@@ -77,7 +77,7 @@ def warp_study(
     """
     distances = distance_maps(study.structures, study.ct.affine)
     exact = soft.warp(distances, poses)
-    affine, shape, aligned = _transform_grid(study.ct, spacing_mm)
+    affine, shape, aligned = transform_grid(study.ct, spacing_mm)
     as_posed = displacement_field(exact, affine, shape)
     transform = unfolded(as_posed, _near_bone(exact, affine)) if unfold else as_posed
     small = study.ct.voxels.size * len(study.structures.names) <= EXACT_WORK
@@ -100,7 +100,7 @@ def _near_bone(warp: PolyrigidWarp, affine: np.ndarray) -> Callable[[np.ndarray]
     return near
 
 
-def _transform_grid(ct: Volume, spacing_mm: float) -> tuple[np.ndarray, tuple[int, int, int], bool]:
+def transform_grid(ct: Volume, spacing_mm: float) -> tuple[np.ndarray, tuple[int, int, int], bool]:
     """Affine and shape (k, j, i) of the transform's grid, and whether its nodes lie on the CT's voxels.
 
     They do when the voxels are about as large as asked for: warping the CT then needs no interpolation of the

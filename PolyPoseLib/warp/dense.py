@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     import SimpleITK as sitk
     from torch import Tensor
 
-VOXELS_PER_SLAB = 1 << 22
-"""Voxels that are warped at once; with about 100 bytes of temporaries each, 400 MiB."""
+VOXELS_PER_SLAB = 1 << 20
+"""Voxels or nodes that are handled at once; with about 270 bytes of temporaries each, 270 MiB."""
 
 POINTS_PER_CHUNK = 1 << 17
 """Points that are handed to a warp at once."""
