@@ -34,9 +34,17 @@ _POINTS = 4000
 
 @dataclass(frozen=True)
 class Articulation:
-    """A joint of the structures numbered first and second.
+    """A joint of two structures.
 
-    point: (3,) in the CT, LPS mm; slide_mm: standard deviation of how far it comes apart.
+    Attributes
+    ----------
+    first, second : int
+        Indices of the structures.
+    point : np.ndarray
+        (3,) in the CT, LPS mm.
+    slide_mm : float
+        Standard deviation of how far it comes apart.
+
     """
 
     first: int

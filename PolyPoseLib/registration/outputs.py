@@ -42,7 +42,18 @@ EXACT_WORK = 3e7
 
 @dataclass(frozen=True)
 class Warped:
-    """transform: fixed to moving; ct: HU; labels: as in the study's segmentation."""
+    """The dense transform, and what it makes of the study's volumes.
+
+    Attributes
+    ----------
+    transform : DisplacementField
+        Fixed to moving.
+    ct : Volume
+        HU, in the fixed frame.
+    labels : Volume
+        In the fixed frame, numbered as in the study's segmentation.
+
+    """
 
     transform: DisplacementField
     ct: Volume

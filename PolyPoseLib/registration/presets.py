@@ -12,9 +12,19 @@ from PolyPoseLib.warp.weights import WeightForm
 
 @dataclass(frozen=True)
 class Preset:
-    """Levels of the camera stage, stages of the joint fit, and the smooth warp (see SoftTissue).
+    """Resolution levels and the smooth warp.
 
-    unfolded: whether folds are relaxed out of the written transform.
+    Attributes
+    ----------
+    camera_levels : tuple of Level
+        Of stage A, coarse to fine.
+    joint : tuple of JointStage
+        Of stage B, coarse to fine.
+    weights, weight_frame, rotation_reach_mm
+        Of the smooth warp, see :class:`SoftTissue`.
+    unfolded : bool
+        Whether folds are relaxed out of the written transform.
+
     """
 
     camera_levels: tuple[Level, ...]

@@ -49,8 +49,15 @@ PREVIEW_EVERY = 10
 class PaperLevel:
     """One step of the pyramid.
 
-    voxel_mm: of the CT, and distance of ray samples; None for the CT's own; iterations: of the optimiser; pixels:
-    X-rays are averaged to about this many a side.
+    Attributes
+    ----------
+    voxel_mm : float | None
+        Of the CT, and distance of ray samples; None for the CT's own.
+    iterations : int
+        Of the optimiser.
+    pixels : int
+        X-rays are averaged to about this many a side.
+
     """
 
     voxel_mm: float | None

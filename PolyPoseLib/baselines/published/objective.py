@@ -27,7 +27,18 @@ WEIGHTS_BYTES = 3 << 28
 
 @dataclass(frozen=True)
 class View:
-    """image: (H, W) float32 line integrals; mask: (H, W) bool, True where it counts; camera: of this size."""
+    """One X-ray at one resolution.
+
+    Attributes
+    ----------
+    image : np.ndarray
+        (H, W) float32 line integrals.
+    mask : np.ndarray
+        (H, W) bool, True where it counts.
+    camera : Camera
+        With the image's size.
+
+    """
 
     image: np.ndarray
     mask: np.ndarray

@@ -37,7 +37,16 @@ ImageScore = Callable[[np.ndarray], tuple[float, np.ndarray]]
 
 @dataclass(frozen=True)
 class Scored:
-    """value: the score; gradient: (K, 6) float64, its derivative by the logarithms."""
+    """An image's score with its derivative.
+
+    Attributes
+    ----------
+    value : float
+        The score.
+    gradient : np.ndarray
+        (K, 6) float64, its derivative by the logarithms.
+
+    """
 
     value: float
     gradient: np.ndarray
@@ -175,8 +184,17 @@ class PolyrigidProjector(ABC, Generic[Weights]):
 
 @dataclass(frozen=True)
 class Motion:
-    """logs: (K, 6) float64 about the centre; poses: (K, 4, 4) in coordinates relative to the centre; left: (K, 6, 6)
-    left Jacobians of the logarithms.
+    """Motions of the K structures in the forms that projectors need.
+
+    Attributes
+    ----------
+    logs : np.ndarray
+        (K, 6) float64 about the centre.
+    poses : np.ndarray
+        (K, 4, 4) in coordinates relative to the centre.
+    left : np.ndarray
+        (K, 6, 6) left Jacobians of the logarithms.
+
     """
 
     logs: np.ndarray

@@ -14,9 +14,21 @@ from PolyPoseLib.geometry.grid import Grid
 class RaySamples:
     """Samples at equal distances along R rays.
 
-    pixels: (R,) int64 row-major numbers of the rays' pixels; first, step: (R, 3) float64 mm, the first sample and
-    the vector to the next one, relative to ``centre`` (3,) LPS mm; count: (R,) int32, at least 1; step_mm: length of a
-    step, the same for all rays; height, width: of the camera's image.
+    Attributes
+    ----------
+    pixels : np.ndarray
+        (R,) int64 row-major numbers of the rays' pixels.
+    first, step : np.ndarray
+        (R, 3) float64 mm, the first sample and the vector to the next one, relative to ``centre``.
+    count : np.ndarray
+        (R,) int32, at least 1.
+    centre : np.ndarray
+        (3,) LPS mm.
+    step_mm : float
+        Length of a step, the same for all rays.
+    height, width : int
+        Of the camera's image.
+
     """
 
     pixels: np.ndarray

@@ -70,7 +70,25 @@ def inconsistent_structures(
 def restart_inconsistent(
     run: Run, observations: Sequence[Observation], poses: np.ndarray, levels: Sequence[Level]
 ) -> np.ndarray:
-    """Poses (K, 4, 4) after suspect bones were restarted, far from where they are, at each of the levels."""
+    """Restart suspect bones, far from where they are.
+
+    Parameters
+    ----------
+    run : Run
+        The patient, the renderer and the monitor.
+    observations : sequence of Observation
+        The X-rays with their cameras.
+    poses : (K, 4, 4) ndarray
+        Fixed to moving.
+    levels : sequence of Level
+        Coarse to fine; only at the first are bones started far away.
+
+    Returns
+    -------
+    (K, 4, 4) ndarray
+        The best poses found.
+
+    """
     which = inconsistent_structures(run, observations, poses, SUSPECT)
     for n, level in enumerate(levels if which else ()):
         poses = restart_bones(run, observations, poses, level, which, far=n == 0)

@@ -37,9 +37,19 @@ LEAST_SHARE = 0.3
 class Candidates:
     """The best shifts for one distance and direction, one for each roll.
 
-    depth: mm; direction: index into the grid's rotations; rolls: (N,) indices into its rolls; rows, columns: (N,) pixel
-    of the turned-back X-ray that shows the anchor's centre; scores: (N,) correlation times the root of the anchor's
-    visible share.
+    Attributes
+    ----------
+    depth : float
+        mm from the source to the anchor's centre.
+    direction : int
+        Index into the grid's rotations.
+    rolls : np.ndarray
+        (N,) indices into its rolls.
+    rows, columns : np.ndarray
+        (N,) pixel of the turned-back X-ray that shows the anchor's centre.
+    scores : np.ndarray
+        (N,) correlation times the root of the anchor's visible share.
+
     """
 
     depth: float

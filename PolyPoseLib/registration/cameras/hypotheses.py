@@ -129,7 +129,27 @@ def reasons_for_uncertainty(found: Sequence[Hypothesis]) -> list[str]:
 def merged(
     found: Sequence[Hypothesis], points: np.ndarray, least_mm: float, most: int, same_mm: float
 ) -> list[Hypothesis]:
-    """The best hypotheses, each ``least_mm`` from all better ones; those within ``same_mm`` give it their votes."""
+    """The best hypotheses, each with the votes of those that are the same.
+
+    Parameters
+    ----------
+    found : sequence of Hypothesis
+        In any order.
+    points : (N, 3) ndarray
+        LPS mm, by whose projections cameras are compared.
+    least_mm : float
+        Least distance from all better hypotheses.
+    most : int
+        How many are kept.
+    same_mm : float
+        Hypotheses within this distance are the same.
+
+    Returns
+    -------
+    list of Hypothesis
+        Best first.
+
+    """
     cameras = [hypothesis.camera for hypothesis in found]
     kept = distinct(cameras, np.array([hypothesis.score for hypothesis in found]), points, least_mm, most)
     pixels = np.stack([_pixels(camera, points) for camera in cameras]) if cameras else np.zeros((0, 1, 2))
@@ -150,7 +170,27 @@ def apart_mm(first: Camera, second: Camera, points: np.ndarray) -> float:
 def distinct(
     cameras: Sequence[Camera], scores: np.ndarray, points: np.ndarray, least_mm: float, most: int
 ) -> list[int]:
-    """Indices of the best cameras (at most ``most``), best first, each ``least_mm`` from all better ones."""
+    """The best cameras that differ.
+
+    Parameters
+    ----------
+    cameras : sequence of Camera
+        In any order.
+    scores : (M,) ndarray
+        Of the cameras.
+    points : (N, 3) ndarray
+        LPS mm, by whose projections cameras are compared.
+    least_mm : float
+        Least distance from all better cameras.
+    most : int
+        How many are kept.
+
+    Returns
+    -------
+    list of int
+        Indices, best first.
+
+    """
     pixels = (
         np.stack([_pixels(camera, points) for camera in cameras]) if len(cameras) else np.zeros((0, 1, 2))
     )

@@ -81,9 +81,24 @@ def _refine(run: Run, observation: Observation, level: Level, done: int, total: 
 
 
 def anchor_region(scene: Scene, bones: RigidProblem, state: State, view_index: int) -> np.ndarray:
-    """(H, W) bool: where a view counts in stage A, around the anchor and, at fine levels, away from other bones.
+    """Where a view counts in stage A: around the anchor and, at fine levels, away from other bones.
 
-    bones: the problem of all the scene's bodies; state: of all of them.
+    Parameters
+    ----------
+    scene : Scene
+        With the anchor.
+    bones : RigidProblem
+        Of all structures.
+    state : State
+        Of all structures.
+    view_index : int
+        Which of the problem's views.
+
+    Returns
+    -------
+    (H, W) ndarray
+        bool, True where a pixel counts.
+
     """
     pixel_mm = pixel_size_mm(bones.views[view_index].camera, scene.anchor_centre)
     anchor = projection_mask(bones, state, view_index, [scene.anchor])

@@ -36,8 +36,19 @@ OFF_AXIS_DEG = 7.0
 
 @dataclass(frozen=True)
 class Stage:
-    """One step of the refinement: its level, how many hypotheses it keeps, how far apart (mm) they must be, and how
-    many perturbed copies of the best two are tried beside them.
+    """One step of the refinement.
+
+    Attributes
+    ----------
+    level : Level
+        The resolution.
+    keep : int
+        Hypotheses that continue.
+    apart_mm : float
+        How far apart they must be.
+    copies : int
+        Perturbed copies of each of the best two that are tried beside them.
+
     """
 
     level: Level
@@ -56,8 +67,17 @@ COPY_SHIFT_MM = np.array([6.0, 6.0, 30.0])
 
 @dataclass(frozen=True)
 class Density:
-    """How densely cameras are tried at first: distance of neighbouring directions and rolls (degrees), ratio of
-    neighbouring distances, and how many of the best are refined.
+    """How densely cameras are tried at first.
+
+    Attributes
+    ----------
+    direction_deg, roll_deg : float
+        Between neighbouring directions and rolls.
+    depth_ratio : float
+        Of neighbouring distances.
+    kept : int
+        How many of the best are refined.
+
     """
 
     direction_deg: float
@@ -87,8 +107,15 @@ STAGES = (
 class SearchRange:
     """Where to search.
 
-    centres: (C, 3, 3) rotations, world to camera; radius_deg: how far from the nearest of them; depths_mm: (least,
-    largest) distance from the source to the anchor's centre.
+    Attributes
+    ----------
+    centres : np.ndarray
+        (C, 3, 3) rotations, world to camera.
+    radius_deg : float
+        How far from the nearest of them.
+    depths_mm : tuple[float, float]
+        (least, largest) distance from the source to the anchor's centre.
+
     """
 
     centres: np.ndarray
@@ -111,7 +138,20 @@ class SearchRange:
         radius: tuple[float, float],
         source_to_detector_mm: float,
     ) -> SearchRange:
-        """Around an initial camera, within its radius (degrees, mm)."""
+        """Around an initial camera.
+
+        Parameters
+        ----------
+        camera : Camera
+            The initial one.
+        anchor_centre : (3,) ndarray
+            LPS mm.
+        radius : (float, float)
+            Degrees and mm within which the true camera is expected.
+        source_to_detector_mm : float
+            Bounds the distance.
+
+        """
         least, largest = (share * source_to_detector_mm for share in DEPTH_SHARES)
         depth = float(np.clip(camera.depth(anchor_centre), least, largest))
         depths = max(depth - radius[1], 0.3 * depth), depth + radius[1]
@@ -161,14 +201,35 @@ def find_cameras(
 def coarse_cameras(
     run: Run, observation: Observation, searched: SearchRange, density: Density = USUAL
 ) -> list[Camera]:
-    """Only the exhaustive part of :func:`find_cameras`, likeliest camera first; nothing is refined."""
+    """Only the exhaustive part of :func:`find_cameras`, with the same parameters and one density.
+
+    Returns
+    -------
+    list of Camera
+        Best first; none is refined.
+
+    """
     return _Search(run, observation).coarse(searched, density)
 
 
 def refine_cameras(
     run: Run, observation: Observation, cameras: Sequence[Camera], stages: Sequence[Stage] = STAGES
 ) -> list[Hypothesis]:
-    """Only the refinement of :func:`find_cameras`: from cameras that something else proposes, best first."""
+    """Only the refinement of :func:`find_cameras`, from cameras that something else proposes.
+
+    Parameters
+    ----------
+    run, observation, stages
+        As :func:`find_cameras` takes them.
+    cameras : sequence of Camera
+        At least one.
+
+    Returns
+    -------
+    list of Hypothesis
+        Best first.
+
+    """
     return _Search(run, observation).refined(cameras, stages)
 
 

@@ -50,8 +50,17 @@ class CameraStage:
 
 @dataclass(frozen=True)
 class StudyCameras:
-    """initial, refined: the X-rays with their cameras before and after stage A; free: numbers of those that may move
-    on in stage B; warnings: what is uncertain.
+    """What stage A found, in the order of the X-rays.
+
+    Attributes
+    ----------
+    initial, refined : list[Observation]
+        The X-rays with their cameras before and after stage A.
+    free : list[int]
+        Numbers of those that may move on in stage B.
+    warnings : list[str]
+        What is uncertain, one line each.
+
     """
 
     initial: list[Observation]

@@ -15,8 +15,15 @@ WORKERS = 2
 class Peaks:
     """The best shift in each of several images.
 
-    correlation: (N,) in [-1, 1]; share: (N,) of the template's weight inside the image; row, column: (N,) pixel
-    of the image on which the template's middle lies.
+    Attributes
+    ----------
+    correlation : np.ndarray
+        (N,) in [-1, 1].
+    share : np.ndarray
+        (N,) of the template's weight inside the image.
+    row, column : np.ndarray
+        (N,) pixel of the image on which the template's middle lies.
+
     """
 
     correlation: np.ndarray
@@ -28,11 +35,22 @@ class Peaks:
 class MaskedMatcher:
     """Fourier transforms of images and their masks, kept for many templates.
 
-    After D. Padfield, "Masked object registration in the Fourier domain", IEEE TIP 21 (2012), with weights; the
-    template's mean is taken over all of it, also where a part hangs over the edge.  Its middle must lie inside the
+    The template's mean is taken over all of it, also where a part hangs over the edge. Its middle must lie inside the
     image; what hangs over falls into ``half`` rows and columns of zeros, so that nothing wraps around.
 
-    images: (N, H, W); masks: (N, H, W) bool; half: templates have 2 half + 1 rows and columns.
+    Parameters
+    ----------
+    images : (N, H, W) ndarray
+        Normalised X-rays.
+    masks : (N, H, W) ndarray
+        bool, True where a pixel counts.
+    half : int
+        Templates have 2 half + 1 rows and columns.
+
+    References
+    ----------
+    D. Padfield, "Masked object registration in the Fourier domain", IEEE TIP 21 (2012); here with weights.
+
     """
 
     def __init__(self, images: np.ndarray, masks: np.ndarray, half: int) -> None:
@@ -44,10 +62,24 @@ class MaskedMatcher:
         self.parts = np.asarray(fft.rfft2(parts, self.shape, workers=WORKERS))
 
     def best(self, template: np.ndarray, weight: np.ndarray, least_share: float, which: np.ndarray) -> Peaks:
-        """The best shift of a template (s, s) with weights (s, s) in each of the images ``which`` (N,).
+        """The best shift of a template in each of several images.
 
         The best has the largest correlation times the root of its share: what lies outside the image is no evidence.
-        least_share: shifts that leave less of the template's weight inside the image are left out.
+
+        Parameters
+        ----------
+        template, weight : (s, s) ndarray
+            Values, and weights of the pixels.
+        least_share : float
+            Shifts that leave less of the template's weight inside the image are left out.
+        which : (N,) ndarray
+            Numbers of the images.
+
+        Returns
+        -------
+        Peaks
+            Of the N images.
+
         """
         total = float(weight.sum())
         count = len(which)
@@ -85,7 +117,7 @@ class MaskedMatcher:
         side = templates.shape[1]
         row, column = ((np.arange(side) - self.half) % n for n in (rows, columns))
         for image, template in zip(padded, templates, strict=True):
-            np.add.at(image, np.ix_(row, column), template)  # pixels that wrap onto others add up
+            np.add.at(image, np.ix_(row, column), template)
         return np.asarray(fft.rfft2(padded, workers=WORKERS))
 
 

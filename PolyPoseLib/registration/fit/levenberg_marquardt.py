@@ -64,7 +64,18 @@ class SolverOptions:
 
 @dataclass(frozen=True)
 class Solution(Generic[S]):
-    """state: where the solver stopped; cost: there; costs: after each accepted step."""
+    """Where the solver stopped.
+
+    Attributes
+    ----------
+    state : S
+        The last accepted one.
+    cost : float
+        At the state.
+    costs : tuple[float, ...]
+        After each accepted step.
+
+    """
 
     state: S
     cost: float

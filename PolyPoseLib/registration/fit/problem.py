@@ -23,9 +23,21 @@ from PolyPoseLib.similarity.local_contrast import LocalContrast
 class View:
     """One X-ray at one resolution.
 
-    camera: before its correction; contrast: local normalisation with the view's mask; target: (H, W) normalised X-ray;
-    static: (H, W) line integrals of what does not move rigidly; weight: (H, W) pixel weights; noise_share: (H, W)
-    share (0 to 1) of noise in the variance of ``target``, or 0.
+    Attributes
+    ----------
+    camera : Camera
+        Before its correction.
+    contrast : LocalContrast
+        Local normalisation with the view's mask.
+    target : np.ndarray
+        (H, W) normalised X-ray.
+    static : np.ndarray
+        (H, W) line integrals of what does not move rigidly.
+    weight : np.ndarray
+        (H, W) pixel weights.
+    noise_share : np.ndarray | float
+        (H, W) share (0 to 1) of noise in the variance of ``target``, or 0.
+
     """
 
     camera: Camera
@@ -59,7 +71,16 @@ class View:
 
 @dataclass(frozen=True)
 class State:
-    """poses: (K, 4, 4) fixed to moving; corrections: (N, 4, 4) of the cameras, fixed to fixed."""
+    """Values of the unknowns: poses and corrections of cameras.
+
+    Attributes
+    ----------
+    poses : np.ndarray
+        (K, 4, 4) fixed to moving.
+    corrections : np.ndarray
+        (N, 4, 4) of the cameras, fixed to fixed.
+
+    """
 
     poses: np.ndarray
     corrections: np.ndarray
@@ -78,7 +99,18 @@ class State:
 
 @dataclass(frozen=True)
 class Normal:
-    """cost: weighted mean of squared residuals; matrix: (P, P); gradient: (P,) of half that cost."""
+    """Gauss-Newton normal equations of P unknowns.
+
+    Attributes
+    ----------
+    cost : float
+        Weighted mean of squared residuals, or what else is minimised.
+    matrix : np.ndarray
+        (P, P) second derivative of half the cost, to first order in the residuals.
+    gradient : np.ndarray
+        (P,) of half the cost.
+
+    """
 
     cost: float
     matrix: np.ndarray
@@ -101,7 +133,15 @@ class PosePrior(Protocol):
 class Block:
     """Derivative of a view's residual by six unknowns.
 
-    first: number of the first unknown; window: where it is not zero; jacobian: (6, h, w) inside the window.
+    Attributes
+    ----------
+    first : int
+        Number of the first unknown.
+    window : Window
+        Where it is not zero.
+    jacobian : np.ndarray
+        (6, h, w) inside the window.
+
     """
 
     first: int
@@ -116,7 +156,16 @@ class Block:
 
 @dataclass(frozen=True)
 class Linearised:
-    """residual: (H, W); blocks: its derivatives."""
+    """A view's residual and its derivatives.
+
+    Attributes
+    ----------
+    residual : np.ndarray
+        (H, W) normalised rendering less normalised X-ray.
+    blocks : list[Block]
+        Derivatives by the unknowns that the view depends on.
+
+    """
 
     residual: np.ndarray
     blocks: list[Block]
@@ -286,7 +335,18 @@ def corrected(camera: Camera, correction: np.ndarray) -> Camera:
 
 @dataclass(frozen=True)
 class JointResult:
-    """cameras: refined; problem, state: as the last level left them."""
+    """What the joint fit found.
+
+    Attributes
+    ----------
+    cameras : list[Camera]
+        Refined.
+    problem : RigidProblem
+        Of the last level.
+    state : State
+        Where its solver stopped.
+
+    """
 
     cameras: list[Camera]
     problem: RigidProblem

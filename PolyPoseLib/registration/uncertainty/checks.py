@@ -31,7 +31,16 @@ REACH_MM = 10.0
 
 @dataclass(frozen=True)
 class ViewScores:
-    """similarities: one per view in [-1, 1]; visible: (K, N) whether a structure shows in a view."""
+    """How well a result matches its X-rays.
+
+    Attributes
+    ----------
+    similarities : list[float]
+        One per view in [-1, 1].
+    visible : np.ndarray
+        (K, N) bool, whether a structure shows in a view.
+
+    """
 
     similarities: list[float]
     visible: np.ndarray
