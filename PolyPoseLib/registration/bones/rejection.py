@@ -8,9 +8,8 @@ import numpy as np
 
 from PolyPoseLib.registration.bones.restarts import restart_bones
 from PolyPoseLib.registration.fit.levels import Level, Observation
-from PolyPoseLib.registration.fit.problem import State
 from PolyPoseLib.registration.fit.views import LevelViews
-from PolyPoseLib.registration.fit.weighting import projection_mask, reliability
+from PolyPoseLib.registration.fit.weighting import reliability, usable_projection_mask
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
 
@@ -46,14 +45,12 @@ def structure_residuals(run: Run, observations: Sequence[Observation], poses: np
 
     """
     level = LevelViews(run, observations, COMPARISON_LEVEL)
-    problem = level.structures()
-    state = State.of_poses(poses, len(level.views))
-    level.render_soft_tissue(state)
+    problem, state = level.posed_structures(poses)
     residuals = np.full((len(poses), len(level.views)), np.nan)
     for n, view in enumerate(level.views):
         squared, weight = problem.residual(state, n) ** 2, reliability(view)
         for k in range(len(poses)):
-            shows = projection_mask(problem, state, n, [k]) & (view.contrast.support > 0)
+            shows = usable_projection_mask(problem, state, n, [k])
             if shows.sum() >= LEAST_PIXELS:
                 residuals[k, n] = np.average(squared[shows], weights=weight[shows])
     return residuals

@@ -77,9 +77,7 @@ def restart_bones(
     """
     run = run.named("restarts")
     views = LevelViews(run, observations, level)
-    problem = views.structures(run.scene.moving)
-    state = State.of_poses(poses, len(views.views))
-    views.render_soft_tissue(state)
+    problem, state = views.posed_structures(poses, run.scene.moving)
     order = [link for link in chain_from_anchor(run.scene) if which is None or link[0] in which]
     for n, (k, neighbour) in enumerate(order):
         run.step(n, len(order))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.registration.articulations import ArticulationPrior, OneBonePrior
 from PolyPoseLib.registration.fit.levels import Level, Observation, view_at
@@ -62,6 +64,15 @@ class LevelViews:
         """The whole CT as one rigid body."""
         body = self.run.scene.volume("whole", self.level.size_mm)
         return self._problem([body], free_poses, free_cameras)
+
+    def posed_structures(
+        self, poses: np.ndarray, free_poses: Sequence[int] = ()
+    ) -> tuple[RigidProblem, State]:
+        """Every structure at poses (K, 4, 4), in front of the soft tissue that follows them."""
+        problem = self.structures(free_poses)
+        state = State.of_poses(poses, len(self.views))
+        self.render_soft_tissue(state)
+        return problem, state
 
     def at_rest(self, bodies: int) -> State:
         """So many bodies where the CT has them, and the cameras as they are."""

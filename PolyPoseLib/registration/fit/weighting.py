@@ -32,6 +32,14 @@ def projection_mask(problem: RigidProblem, state: State, view_index: int, which:
     return shows
 
 
+def usable_projection_mask(
+    problem: RigidProblem, state: State, view_index: int, which: Iterable[int]
+) -> np.ndarray:
+    """(H, W) bool: the same, without the pixels of the X-ray that are not used."""
+    support = problem.views[view_index].contrast.support
+    return projection_mask(problem, state, view_index, which) & (support > 0)
+
+
 def dilated(shows: np.ndarray, reach_px: float) -> np.ndarray:
     """Pixels at most ``reach_px`` from one that is True."""
     if reach_px <= 0 or not shows.any():

@@ -10,9 +10,8 @@ import numpy as np
 from PolyPoseLib.data.view_names import label_of
 from PolyPoseLib.geometry.rigid import rotation_angle_deg
 from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm
-from PolyPoseLib.registration.fit.problem import State
 from PolyPoseLib.registration.fit.views import LevelViews
-from PolyPoseLib.registration.fit.weighting import dilated, projection_mask
+from PolyPoseLib.registration.fit.weighting import dilated, usable_projection_mask
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
 
@@ -65,15 +64,13 @@ def score_views(run: Run, observations: Sequence[Observation], poses: np.ndarray
 
     """
     level = LevelViews(run, observations, SCORING_LEVEL, expect_noise=False)
-    problem = level.structures()
-    state = State.of_poses(poses, len(level.views))
-    level.render_soft_tissue(state)
+    problem, state = level.posed_structures(poses)
     similarities = []
     visible = np.zeros((len(poses), len(level.views)), bool)
     for n, view in enumerate(level.views):
         region = np.zeros(view.static.shape, bool)
         for k in range(len(poses)):
-            shows = projection_mask(problem, state, n, [k]) & (view.contrast.support > 0)
+            shows = usable_projection_mask(problem, state, n, [k])
             visible[k, n] = shows.any()
             region |= shows
         region = dilated(region, REACH_MM / pixel_size_mm(view.camera, problem.camera_centre))

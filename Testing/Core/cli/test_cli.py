@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import SimpleITK as sitk
 from result_case import FILES, make_result
+from small_study import write_small_study
 
 from PolyPoseLib import pipeline
 from PolyPoseLib.__main__ import build_parser, main
@@ -31,28 +31,7 @@ RIGID = [[1, 0, 0, 0], [0, 0, -1, 5], [0, 1, 0, 800], [0, 0, 0, 1]]
 @pytest.fixture
 def study(tmp_path):
     """A small study on disk."""
-    rng = np.random.default_rng(0)
-    labels = np.zeros((10, 11, 12), np.uint8)
-    labels[:5], labels[6:] = 25, 75
-    write_volume(
-        Volume(rng.integers(-1000, 1500, labels.shape).astype(np.int16), np.eye(4)), tmp_path / "ct.nii.gz"
-    )
-    write_volume(Volume(labels, np.eye(4)), tmp_path / "labels.nii.gz")
-    sitk.WriteImage(
-        sitk.GetImageFromArray(rng.random((40, 50)).astype(np.float32)), str(tmp_path / "ap.nii.gz")
-    )
-    xray = {
-        "image": "ap.nii.gz",
-        "source_to_detector_mm": 1020,
-        "pixel_spacing_mm": [1, 1],
-        "extrinsic": RIGID,
-    }
-    fields = {
-        "version": 1, "ct": "ct.nii.gz", "segmentation": "labels.nii.gz", "anchor": "pelvis", "xrays": [xray],
-        "structures": {"pelvis": [25], "femur": [75]}, "options": {"seed": 5, "preset": "fast"},
-    }  # fmt: skip
-    (tmp_path / "study.json").write_text(json.dumps(fields))
-    return tmp_path / "study.json"
+    return write_small_study(tmp_path, {"extrinsic": RIGID}, options={"seed": 5, "preset": "fast"})
 
 
 @pytest.fixture

@@ -12,17 +12,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import SimpleITK as sitk
 from result_case import FILES, make_result
+from small_study import write_small_study
 
 import PolyPoseLib
 from PolyPoseLib import pipeline
 from PolyPoseLib.__main__ import main
 from PolyPoseLib.cli._endings import ending_of
-from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import LONGEST_SENTENCE, InputError, is_out_of_memory
 from PolyPoseLib.io import results
-from PolyPoseLib.io.volumes import write_volume
 from PolyPoseLib.io.whole_files import claimed_file
 from PolyPoseLib.io.whole_folders import claimed_folder
 
@@ -32,21 +30,7 @@ def study(tmp_path):
     """A small study on disk, alone in its folder."""
     folder = tmp_path / "case"
     folder.mkdir()
-    rng = np.random.default_rng(0)
-    labels = np.zeros((10, 11, 12), np.uint8)
-    labels[:5], labels[6:] = 25, 75
-    ct = Volume(rng.integers(-1000, 1500, labels.shape).astype(np.int16), np.eye(4))
-    write_volume(ct, folder / "ct.nii.gz")
-    write_volume(Volume(labels, np.eye(4)), folder / "labels.nii.gz")
-    image = sitk.GetImageFromArray(rng.random((40, 50)).astype(np.float32))
-    sitk.WriteImage(image, str(folder / "ap.nii.gz"))
-    xray = {"image": "ap.nii.gz", "source_to_detector_mm": 1020, "pixel_spacing_mm": [1, 1]}
-    fields = {
-        "version": 1, "ct": "ct.nii.gz", "segmentation": "labels.nii.gz", "anchor": "pelvis", "xrays": [xray],
-        "structures": {"pelvis": [25], "femur": [75]},
-    }  # fmt: skip
-    (folder / "study.json").write_text(json.dumps(fields))
-    return folder / "study.json"
+    return write_small_study(folder)
 
 
 @pytest.fixture

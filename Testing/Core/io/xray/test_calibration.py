@@ -4,21 +4,10 @@ import json
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from random_camera import camera
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.io.xray.calibration import read_calibration
-
-
-def camera(seed):
-    rng = np.random.default_rng(seed)
-    extrinsic = np.eye(4)
-    extrinsic[:3, :3] = Rotation.random(random_state=seed).as_matrix()
-    extrinsic[:3, 3] = [*rng.uniform(-50, 50, 2), rng.uniform(500, 900)]
-    focal = rng.uniform(1500, 3000, 2)
-    intrinsics = np.array([[focal[0], 0, 510.5], [0, focal[1], 489.0], [0, 0, 1]])
-    return Camera(intrinsics, extrinsic, 1000, 1024)
 
 
 @pytest.mark.parametrize("separator", [",", ";", " "])
