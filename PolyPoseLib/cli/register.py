@@ -40,28 +40,26 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Register and save; raises UntrustedResultError after saving when the result must not be trusted."""
-    from PolyPoseLib.io.results import REPORT, save_result
+    from PolyPoseLib.cli._saving import save_or_rescue
+    from PolyPoseLib.io.disk_space import require_space
+    from PolyPoseLib.io.results import REPORT, expected_bytes
     from PolyPoseLib.io.whole_folders import claimed_folder
 
     with claimed_folder(arguments.output, arguments.overwrite) as claim:
         study = Study.load(arguments.study, allow_outside=arguments.allow_outside)
         study = dataclasses.replace(study, options=merged_options(study.options, arguments))
+        require_space(arguments.output, expected_bytes(study))
         result = register_with_progress(study, arguments.progress)
-        try:
-            save_result(result, claim)
-        except KeyboardInterrupt as interrupt:
-            if claim.written:
-                raise KeyboardInterrupt(f"the result was written to {arguments.output}") from interrupt
-            raise
+        output = save_or_rescue(result, claim)
     if arguments.progress != "json":
         print(motion_table(result))
-        print(f"\nResult: {arguments.output}")
-        picture = arguments.output / REPORT
+        print(f"\nResult: {output}")
+        picture = output / REPORT
         if picture.is_file():
             print(f"Picture: {picture}")
     if result.distrust:
         raise UntrustedResultError(
-            f"The result was saved in {arguments.output} but must not be trusted: "
+            f"The result was saved in {output} but must not be trusted: "
             f"{'; '.join(reason.rstrip('.') for reason in result.distrust)}."
         )
     return 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -169,6 +170,7 @@ def write_simulation(
     """
     from PolyPoseLib.data.label_names import label_table
     from PolyPoseLib.io.cases import write_case
+    from PolyPoseLib.io.disk_space import require_space
     from PolyPoseLib.io.whole_folders import claimed_folder
 
     camera, distance = getattr(arguments, "camera", "initial"), view_distances(arguments)[0]
@@ -176,6 +178,7 @@ def write_simulation(
         groups, anchor, table = read_structures(structures_path)
         case = simulate(ct_path, labels_path, groups, anchor, arguments)
         organ_names = label_table(table) if table else None
+        require_space(output, _bytes_of(case))
         with claim.whole() as temporary:
             if names := getattr(arguments, "degrade", []):
                 _write_degraded(case, temporary, groups, organ_names, (names, camera, distance))
@@ -205,6 +208,12 @@ def _write_degraded(
     names, camera, distance = how
     degraded = degrade(case, names, source_to_detector_mm=distance, camera=camera)
     write_degraded_case(degraded, folder, groups, organ_names)
+
+
+def _bytes_of(case: SimulatedCase) -> float:
+    """About how many bytes a case takes on the disk: two CTs, the field, and two bytes a pixel."""
+    pixels = sum(image.size for image in case.images)
+    return 2.5 * case.ct.voxels.size + 24 * math.prod(case.field.shape) + 2 * pixels
 
 
 def check_simulation(arguments: argparse.Namespace) -> None:

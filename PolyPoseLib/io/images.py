@@ -12,6 +12,7 @@ import numpy as np
 from PolyPoseLib.data.shear import SHEAR_FIX
 from PolyPoseLib.errors import InputError, is_out_of_memory, memory_ran_out
 from PolyPoseLib.io.detached_data import HEADER_ENDINGS, is_in_several_files, refuse_special_data
+from PolyPoseLib.io.disk_space import write_failure
 from PolyPoseLib.io.files import refuse_special_file
 from PolyPoseLib.io.guarded import LIST_LIMITS, read_in_child
 from PolyPoseLib.io.machine_memory import require_room
@@ -158,9 +159,9 @@ def write_image(image: sitk.Image, path: Path) -> None:
         if path.name.endswith(".gz"):
             _read_through(path)
     except (RuntimeError, OSError, EOFError) as error:
-        raise InputError(_write_failure(path, error)) from error
+        raise InputError(write_failure(path, error)) from error
     if not arrived:
-        raise InputError(f"{path}: nothing could be written; check the free space and the permissions.")
+        raise InputError(write_failure(path, OSError()))
 
 
 def _read_through(path: Path) -> None:
@@ -186,15 +187,3 @@ def _read_failure(path: Path, message: str) -> str:
     if path.stat().st_size == 0:
         return f"{path}: the file is empty; export it again."
     return f"{path}: the file is no readable image (damaged, cut short, another format); export it again."
-
-
-def _write_failure(path: Path, error: Exception) -> str:
-    """One sentence that says why a file could not be written, as far as the system reports it."""
-    import errno
-    import shutil
-
-    if not path.parent.is_dir():
-        return f"{path}: the folder {path.parent} does not exist; make it first."
-    full = getattr(error, "errno", None) == errno.ENOSPC or shutil.disk_usage(path.parent).free < 1 << 16
-    reason = "no space is left on the disk" if full else "the file could not be written whole"
-    return f"{path}: {reason}; free some space, check the permissions, or choose another folder."

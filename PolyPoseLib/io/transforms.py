@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from pathlib import Path
 
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.disk_space import write_failure
 from PolyPoseLib.io.native_output import native_output_logged
 from PolyPoseLib.io.transform_reading import read_displacement_field
 from PolyPoseLib.io.whole_files import replaced_whole
+
+_LOG = logging.getLogger(__name__)
 
 TRANSFORM_ENDINGS = (".h5", ".hdf5")
 """Of the names of transform files."""
@@ -29,9 +33,7 @@ def write_transform(field: DisplacementField, path: str | Path) -> None:
     try:
         sitk.WriteTransform(field.to_sitk_transform(), str(path))
     except RuntimeError as error:
-        raise InputError(
-            f"{path}: cannot be written ({last_line(error)}); choose a folder you may write to."
-        ) from error
+        raise InputError(write_failure(path, error)) from error
 
 
 def read_transform(path: str | Path) -> DisplacementField:
@@ -55,15 +57,18 @@ def preview_writer(path: Path) -> Callable[[DisplacementField], str | None]:
             f'Option "preview" is "{path}": name a file that ends in .h5, in a folder that exists.'
         )
 
+    failed = False
+
     def write(field: DisplacementField) -> str | None:
-        with replaced_whole(path) as temporary:
-            write_transform(field, temporary)
+        nonlocal failed
+        try:
+            with replaced_whole(path) as temporary:
+                write_transform(field, temporary)
+        except (InputError, OSError) as error:  # no reason to lose the computation
+            if not failed:
+                _LOG.warning("The preview is not written: %s", error)
+            failed = True
+            return None
         return str(path)
 
     return write
-
-
-def last_line(error: Exception) -> str:
-    """The last line of an ITK error, which is the one that says what happened."""
-    lines = str(error).strip().splitlines()
-    return lines[-1].strip() if lines else type(error).__name__

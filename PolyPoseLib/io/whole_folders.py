@@ -18,6 +18,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.disk_space import FULL
 from PolyPoseLib.io.locks import hidden_stem, locked
 from PolyPoseLib.io.renames import exchange, rename_folder_to_new
 from PolyPoseLib.io.signals import deferred_signals
@@ -118,6 +119,10 @@ class FolderClaim:
                 self.written = True
         except OSError as error:
             raise InputError(_refusal(self.folder, error)) from error
+        except InputError as error:
+            if str(temporary) not in str(error):
+                raise
+            raise InputError(str(error).replace(str(temporary), str(self.folder))) from error
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
 
@@ -256,8 +261,8 @@ def _flush(folder: Path) -> None:
 
 def _refusal(folder: Path, error: OSError) -> str:
     """One sentence for an error of the system."""
-    if error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", None)):
-        reason = "no space is left on the disk: free some, or"
+    if error.errno in FULL:
+        reason = "the disk is full: free some space, or"
     elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
         reason = "writing is not permitted here:"
     else:

@@ -18,9 +18,9 @@ from small_study import write_small_study
 import PolyPoseLib
 from PolyPoseLib import pipeline
 from PolyPoseLib.__main__ import main
+from PolyPoseLib.cli import _saving
 from PolyPoseLib.cli._endings import ending_of
 from PolyPoseLib.errors import LONGEST_SENTENCE, InputError, is_out_of_memory
-from PolyPoseLib.io import results
 from PolyPoseLib.io.whole_files import claimed_file
 from PolyPoseLib.io.whole_folders import claimed_folder
 
@@ -28,9 +28,7 @@ from PolyPoseLib.io.whole_folders import claimed_folder
 @pytest.fixture
 def study(tmp_path):
     """A small study on disk, alone in its folder."""
-    folder = tmp_path / "case"
-    folder.mkdir()
-    return write_small_study(folder)
+    return write_small_study(tmp_path / "case")
 
 
 @pytest.fixture
@@ -69,13 +67,13 @@ def test_the_second_run_towards_one_place_is_refused_at_the_start(
 def test_an_interrupt_after_the_result_was_written_says_so(study, registered, tmp_path, capsys, monkeypatch):
     output = tmp_path / "out"
     argv = ["register", study, "--output", output, "--progress", "none", "--quiet"]
-    save = results.save_result
+    save = _saving.save_result
 
     def save_and_interrupt(result, claim):
         save(result, claim)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(results, "save_result", save_and_interrupt)
+    monkeypatch.setattr(_saving, "save_result", save_and_interrupt)
     status, _, err = run_main(argv, capsys)
     assert status == 130 and f"the result was written to {output}" in err
     assert {each.name for each in output.iterdir()} == FILES
@@ -83,7 +81,7 @@ def test_an_interrupt_after_the_result_was_written_says_so(study, registered, tm
     def interrupt(result, claim):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(results, "save_result", interrupt)
+    monkeypatch.setattr(_saving, "save_result", interrupt)
     status, _, err = run_main([*argv, "--overwrite"], capsys)
     assert status == 130 and "no result was written" in err
 

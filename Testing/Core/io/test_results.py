@@ -125,7 +125,11 @@ def test_nothing_but_results_is_ever_replaced(tmp_path):
 
 @pytest.mark.parametrize(
     ("number", "words"),
-    [(errno.ENOSPC, "no space"), (errno.EACCES, "not permitted"), (errno.EIO, "could not be written")],
+    [
+        (errno.ENOSPC, "the disk is full"),
+        (errno.EACCES, "not permitted"),
+        (errno.EIO, "could not be written"),
+    ],
 )
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_a_failure_while_writing_leaves_nothing_behind(tmp_path, monkeypatch, number, words, overwrite):

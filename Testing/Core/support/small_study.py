@@ -13,6 +13,7 @@ from PolyPoseLib.io.volumes import write_volume
 
 def write_small_study(folder: Path, xray: dict[str, Any] | None = None, **fields: Any) -> Path:
     """Write a study with its images and return its file; xray, fields: more of the X-ray's entry and the study's."""
+    folder.mkdir(exist_ok=True)
     rng = np.random.default_rng(0)
     labels = np.zeros((10, 11, 12), np.uint8)
     labels[:5], labels[6:] = 25, 75
