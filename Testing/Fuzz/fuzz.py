@@ -65,16 +65,33 @@ def fuzz(name: str, seed: int, seconds: float, findings: Path) -> tuple[int, int
             command = [sys.executable, __file__, "--child", name, "--seed", str(seed)]
             command += ["--seconds", str(left), "--findings", str(findings)]
             log = Path(folder) / "log"
-            with log.open("w") as stream:
-                status = subprocess.run(
-                    command, cwd=folder, stdout=stream, stderr=subprocess.STDOUT, check=False
-                ).returncode
+            status = _run(command, Path(folder), log, left + 3 * SLOW_SECONDS)
+            if not Path(folder, "counts").is_file():
+                raise RuntimeError(f"the child ended before its first file: {log.read_text()[-2000:]}")
             counts = json.loads(Path(folder, "counts").read_text())
             tried, refused, seed = tried + counts["tried"], refused + counts["refused"], counts["seed"] + 1
             if status != 0:
                 deaths.append(_keep_death(name, status, counts, Path(folder), findings))
     new = {path.name for path in findings.iterdir() if path.suffix == ".txt"} - before
     return tried, refused, sorted(new | set(deaths))
+
+
+def _run(command: list[str], folder: Path, log: Path, seconds: float) -> int:
+    """Run a child in a folder; its status, that of a killed one where it does not end."""
+    with log.open("w") as stream:
+        try:
+            done = subprocess.run(
+                command,
+                cwd=folder,
+                stdin=subprocess.DEVNULL,
+                stdout=stream,
+                stderr=subprocess.STDOUT,
+                timeout=seconds,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return -signal.SIGTERM
+    return done.returncode
 
 
 def _keep_death(name: str, status: int, counts: dict, folder: Path, findings: Path) -> str:
