@@ -48,6 +48,20 @@ def require_distortion(value: Any, where: str = '"distortion"') -> tuple[float, 
     return tuple(coefficients.ravel().tolist())
 
 
+def with_positive_axes(distortion: tuple[float, ...], intrinsics: np.ndarray) -> tuple[float, ...]:
+    """The same distortion for axes whose signs were taken out of K (3, 3): the tangential terms turn with them."""
+    if not distortion:
+        return ()
+    k1, k2, p1, p2, *rest = distortion
+    return (
+        k1,
+        k2,
+        float(np.copysign(p1, p1 * intrinsics[1, 1])),
+        float(np.copysign(p2, p2 * intrinsics[0, 0])),
+        *rest,
+    )
+
+
 def distort(points: np.ndarray, distortion: ArrayLike) -> np.ndarray:
     """Distorted image coordinates of ideal ones.
 

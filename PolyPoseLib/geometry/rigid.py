@@ -180,6 +180,34 @@ def require_rigid(matrix: ArrayLike, where: str = "extrinsic") -> np.ndarray:
     return rigid
 
 
+def require_pose(matrix: ArrayLike, where: str = "extrinsic") -> np.ndarray:
+    """Check a rigid motion that may come without its last row, as OpenCV and xreg write extrinsics.
+
+    Parameters
+    ----------
+    matrix : (3, 4) or (4, 4) array_like
+        A rotation and a translation in mm, and perhaps the last row 0 0 0 1.
+    where : str
+        What the matrix is, for the message.
+
+    Returns
+    -------
+    (4, 4) array of float64
+        As `require_rigid`.
+
+    Raises
+    ------
+    InputError
+        As `require_rigid`.
+
+    """
+    try:
+        rows = real_array(matrix)
+    except (TypeError, ValueError):
+        rows = np.empty(0)
+    return require_rigid(np.vstack([rows, (0, 0, 0, 1)]) if rows.shape == (3, 4) else matrix, where)
+
+
 def rigid_inverse(matrix: ArrayLike) -> np.ndarray:
     """Invert rigid motions by transposing their rotations: [R, t] becomes [R^T, -R^T t].
 

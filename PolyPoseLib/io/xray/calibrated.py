@@ -29,6 +29,8 @@ class Calibrated:
         The camera's place in its rig, or None.
     image_size
         (rows, columns) that the intrinsics belong to, or None when they are not the calibration's or it does not say.
+    source_side
+        Whether the calibration's pose is already that of the view from the source, of an image from the other side.
 
     """
 
@@ -36,6 +38,7 @@ class Calibrated:
     distortion: tuple[float, ...] = ()
     rig: RigPose | None = None
     image_size: tuple[int, int] | None = None
+    source_side: bool = False
 
     def require_size(self, shape: tuple[int, int], notes: Notes) -> None:
         """Raise InputError when the X-ray's (rows, columns) are not those that the calibration was made for."""
@@ -74,7 +77,8 @@ def with_calibration(given: XrayFields, folder: Path, notes: Notes) -> Calibrate
     size = None
     if given.intrinsics is None:
         size = calibration.image_size
-        given = replace(given, intrinsics=calibration.intrinsics)
+        mirrored = given.mirrored if calibration.mirrored is None else calibration.mirrored
+        given = replace(given, intrinsics=calibration.intrinsics, mirrored=mirrored)
         notes.say("intrinsics from its calibration")
     if given.calibration_frame == "ct" and given.extrinsic is None:
         if calibration.extrinsic is None:
@@ -86,7 +90,7 @@ def with_calibration(given: XrayFields, folder: Path, notes: Notes) -> Calibrate
     distortion = calibration.distortion if any(calibration.distortion) else ()
     if distortion:
         notes.say("distortion from its calibration: undone")
-    return Calibrated(given, distortion, rig, size)
+    return Calibrated(given, distortion, rig, size, bool(calibration.mirrored))
 
 
 def _rig(given: XrayFields, calibrated: np.ndarray | None, notes: Notes) -> RigPose | None:

@@ -16,7 +16,8 @@ import numpy as np
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import require_intrinsics
-from PolyPoseLib.geometry.distortion import require_distortion
+from PolyPoseLib.geometry.distortion import require_distortion, with_positive_axes
+from PolyPoseLib.geometry.negative_focal import has_negative_focal, positive_camera, require_signed_intrinsics
 from PolyPoseLib.geometry.projection_matrix import decompose_projection, rows_downward
 from PolyPoseLib.geometry.rigid import require_rigid
 from PolyPoseLib.io.files import read_text
@@ -57,6 +58,9 @@ class Calibration:
         k1, k2, p1, p2[, k3] (Brown's model), or empty.
     image_size
         (rows, columns), or None.
+    mirrored
+        Whether the image is the mirror image of the extrinsic's view from the source, as negative focal lengths say;
+        None where they are positive.
 
     """
 
@@ -64,6 +68,7 @@ class Calibration:
     extrinsic: np.ndarray | None
     distortion: tuple[float, ...] = ()
     image_size: tuple[int, int] | None = None
+    mirrored: bool | None = None
 
 
 def read_calibration(path: str | Path) -> Calibration:
@@ -155,7 +160,12 @@ def _from_json(value: Any) -> Calibration:
     )
     read_camera = _projection if "projection" in value else _separate
     intrinsics, extrinsic = read_camera(record, _upward_height(record, size), 1.0 if unit is None else unit)
-    return Calibration(intrinsics, extrinsic, record.optional("distortion", require_distortion) or (), size)
+    distortion = record.optional("distortion", require_distortion) or ()
+    if not has_negative_focal(intrinsics):
+        return Calibration(intrinsics, extrinsic, distortion, size)
+    distortion = with_positive_axes(distortion, intrinsics)
+    intrinsics, extrinsic, mirrored = positive_camera(intrinsics, extrinsic)
+    return Calibration(intrinsics, extrinsic, distortion, size, mirrored)
 
 
 def _upward_height(record: Record, size: tuple[int, int] | None) -> int | None:
@@ -180,12 +190,12 @@ def _projection(record: Record, upward_height: int | None, unit: float) -> tuple
 
 
 def _separate(record: Record, upward_height: int | None, unit: float) -> tuple[np.ndarray, np.ndarray | None]:
-    """Intrinsics and, where there is one, extrinsic by fields of their own."""
+    """Intrinsics, with the signs they have, and, where there is one, extrinsic by fields of their own."""
     if "intrinsics" not in record.fields:
         raise InputError('give "projection" (3x4) or "intrinsics" (3x3).')
     if upward_height is not None:
         raise InputError('"rows": "up" goes with "projection" only; give "intrinsics" for rows downward.')
-    intrinsics = record.required("intrinsics", require_intrinsics)
+    intrinsics = record.required("intrinsics", require_signed_intrinsics)
     if "rotation" not in record.fields and "translation" not in record.fields:
         return intrinsics, None
     rotation, translation = record.required("rotation", array(3, 3)), record.required("translation", array(3))

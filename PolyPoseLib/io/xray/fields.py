@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,9 @@ import numpy as np
 from PolyPoseLib.data.landmarks import Landmarks
 from PolyPoseLib.data.xray import CAMERA_STATES, DISTANCE_RANGE_MM
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.geometry.camera import require_intrinsics
 from PolyPoseLib.geometry.carm import PATIENT_POSITIONS
-from PolyPoseLib.geometry.rigid import is_real_number, require_rigid
+from PolyPoseLib.geometry.negative_focal import has_negative_focal, positive_camera, require_signed_intrinsics
+from PolyPoseLib.geometry.rigid import is_real_number, require_pose
 from PolyPoseLib.geometry.standard_views import STANDARD_VIEWS
 from PolyPoseLib.io.json_records import (
     Record,
@@ -52,9 +52,10 @@ class XrayFields:
     principal_point_px
         (column, row) in the file's own pixels, centres at whole numbers.
     intrinsics
-        K (3, 3) in the file's own pixels; takes the place of distance, spacing and principal point.
+        K (3, 3) in the file's own pixels, focal lengths above 0; takes the place of distance, spacing and principal
+        point. Where the entry's focal lengths are negative, `extrinsic` and `mirrored` follow from their signs.
     extrinsic
-        (4, 4) world LPS mm to camera, for the image as seen from the source.
+        (4, 4) world LPS mm to camera, for the image as seen from the source; an entry may leave out the last row.
     camera
         "known", "initial" or "absent".
     frame
@@ -134,13 +135,13 @@ class XrayFields:
         """
         record = Record(entry, f"{where}: ")
         distance = number_in(DISTANCE_RANGE_MM, "millimetres")
-        return XrayFields(
+        fields = XrayFields(
             name=record.optional("name", string),
             source_to_detector_mm=record.optional("source_to_detector_mm", distance),
             pixel_spacing_mm=record.optional("pixel_spacing_mm", _pixel_spacing),
             principal_point_px=record.optional("principal_point_px", _point_2d),
-            intrinsics=record.optional("intrinsics", require_intrinsics),
-            extrinsic=record.optional("extrinsic", require_rigid),
+            intrinsics=record.optional("intrinsics", require_signed_intrinsics),
+            extrinsic=record.optional("extrinsic", require_pose),
             camera=record.optional("camera", one_of(CAMERA_STATES)),
             frame=record.optional("frame", whole_number(0, "counted from 0")),
             mask=record.optional("mask", file_path),
@@ -162,10 +163,28 @@ class XrayFields:
             calibration_frame=record.optional("calibration_frame", one_of(CALIBRATION_FRAMES)),
             rig=record.optional("rig", nonempty),
         )
+        return _with_positive_focal(fields, record)
 
 
 FIELDS = (*XrayFields.__dataclass_fields__, "image", "polarity")
 """Every key that an X-ray's entry may have as far as reading the image is concerned."""
+
+
+def _with_positive_focal(fields: XrayFields, record: Record) -> XrayFields:
+    """Fields without negative focal lengths: extrinsic of the view from the source, and whether the file mirrors it."""
+    if fields.intrinsics is None or not has_negative_focal(fields.intrinsics):
+        return fields
+    try:
+        intrinsics, extrinsic, mirrored = positive_camera(fields.intrinsics, fields.extrinsic)
+    except InputError as error:
+        raise InputError(f"{record.place('intrinsics')}: {error}") from error
+    if mirrored is not None and fields.mirrored not in (None, mirrored):
+        raise InputError(
+            f"{record.place('mirrored')} is {str(fields.mirrored).lower()}, but the negative focal lengths of "
+            f'"intrinsics" with this "extrinsic" say {str(mirrored).lower()}; remove it.'
+        )
+    mirrored = fields.mirrored if mirrored is None else mirrored
+    return replace(fields, intrinsics=intrinsics, extrinsic=extrinsic, mirrored=mirrored)
 
 
 def _point_2d(value: Any, place: str) -> tuple[float, float]:

@@ -1,9 +1,10 @@
 """What the values of a DICOM X-ray mean, decided from its tags by a table: one row a rule.
 
 The sources are PS3.3 C.8.11.3.1.2 (radiographs) and C.8.7.1 (fluoroscopy). The Pixel Intensity Relationship
-(0028,1040) and its Sign (0028,1041) describe stored values and count first; fluoroscopy without a sign rises with the
-beam. An image that a radiograph's vendor processed for presentation is never taken as proportional to the beam, and
-its sign yields to the display, where bone is bright. Without the relationship, fluoroscopy is dark behind bone, and
+(0028,1040) and its Sign (0028,1041) describe stored values, before the rescale slope, and count first; fluoroscopy
+without a sign rises with the beam. The display (MONOCHROME1 or 2) describes the rescaled values.
+An image that a radiograph's vendor processed for presentation is never taken as proportional to the beam, and its sign
+yields to the display, where bone is bright. Without the relationship, fluoroscopy is dark behind bone, and
 radiographs and RT images are bright behind bone once MONOCHROME1 or the presentation LUT's INVERSE is undone.
 """
 
@@ -40,6 +41,8 @@ class IntensityFacts:
         Whether the values were processed FOR PRESENTATION (0008,0068).
     lut
         Whether a Modality LUT (0028,3000) is applied to the stored values.
+    order
+        1 when the rescaled values rise with the stored ones, -1 when they fall.
 
     """
 
@@ -49,18 +52,26 @@ class IntensityFacts:
     inverted: bool
     presented: bool
     lut: bool
+    order: int = 1
 
     @property
     def display_sign(self) -> int:
-        """1 when stored values rise with the beam by the display's convention, else -1."""
+        """1 when rescaled values rise with the beam by the display's convention, else -1."""
         return 1 if self.fluoroscopy or self.inverted else -1
+
+    @property
+    def stated_sign(self) -> int | None:
+        """1 when rescaled values rise with the beam by the relationship and its sign, else -1; None if unsaid."""
+        if self.sign is not None:
+            return self.sign * self.order
+        return self.order if self.fluoroscopy and self.relationship in ("LIN", "LOG") else None
 
     @property
     def sign_state(self) -> SignState:
         """Whether there is a sign, and whether the display agrees with it."""
         if self.sign is None:
             return "absent"
-        return "as displayed" if self.sign == self.display_sign else "against the display"
+        return "as displayed" if self.stated_sign == self.display_sign else "against the display"
 
 
 @dataclass(frozen=True)
@@ -107,9 +118,12 @@ class Rule:
             and (self.signs is None or facts.sign_state in self.signs)
         )
 
-    def stored_sign(self, facts: IntensityFacts) -> int:
-        """1 when stored values rise with the beam, else -1."""
-        return facts.display_sign if self.direction == "display" or facts.sign is None else facts.sign
+    def value_sign(self, facts: IntensityFacts) -> int:
+        """1 when values after the Modality LUT or rescaling rise with the beam, else -1."""
+        if self.direction == "lut":
+            return 1
+        stated = facts.stated_sign if self.direction == "sign" else None
+        return facts.display_sign if stated is None else stated
 
 
 _STATED = "pixel intensity relationship {relationship}, sign {sign:+d}"
@@ -148,7 +162,7 @@ RULES = (
         False,
         "display",
         _UNSTATED,
-        warning="bone is taken as {bone} in the stored values ("
+        warning="bone is taken as {bone} in the values ("
         + _UNSTATED
         + '); if that is wrong, add "intensity".',
     ),
@@ -179,7 +193,7 @@ def intensity_of_tags(tags: XrayTags, order: int, notes: Notes) -> str:
         One of the meanings described in `PolyPoseLib.io.xray.intensity`.
 
     """
-    facts = _facts(tags)
+    facts = _facts(tags, order)
     modality, photometric = tags.text("Modality"), tags.text("PhotometricInterpretation")
     if facts.fluoroscopy and facts.inverted:
         notes.warn(
@@ -187,27 +201,26 @@ def intensity_of_tags(tags: XrayTags, order: int, notes: Notes) -> str:
             'values; if that is wrong, add "intensity": "attenuation".'
         )
     rule = rule_for(facts)
-    sign = rule.stored_sign(facts)
+    rising = rule.value_sign(facts)
     texts = {
         "relationship": facts.relationship,
-        "sign": sign,
+        "sign": facts.sign or rising * order,
         "stated": facts.sign or 0,
         "modality": modality or "unknown modality",
         "photometric": photometric or "unknown photometric interpretation",
         "why": "display values" if facts.relationship == "DISP" else "no pixel intensity relationship",
-        "bone": "dark" if sign > 0 else "bright",
+        "bone": "dark" if rising > 0 else "bright",
     }
     if rule.warning:
         notes.warn(rule.warning.format(**texts))
     notes.say(f"intensity: {rule.reason.format(**texts)}")
-    rising = 1 if rule.direction == "lut" else sign * order
     if rule.proportional:
         return "transmission" if rising > 0 else "inverse_transmission"
     return "log_transmission" if rising > 0 else "attenuation"
 
 
-def _facts(tags: XrayTags) -> IntensityFacts:
-    """The facts that a frame's tags state."""
+def _facts(tags: XrayTags, order: int) -> IntensityFacts:
+    """The facts that a frame's tags state, whose values rise (1) or fall (-1) with the stored ones."""
     sign = tags.number("PixelIntensityRelationshipSign")
     return IntensityFacts(
         relationship=tags.text("PixelIntensityRelationship"),
@@ -217,4 +230,5 @@ def _facts(tags: XrayTags) -> IntensityFacts:
         or tags.text("PresentationLUTShape") == "INVERSE",
         presented=tags.text("PresentationIntentType") == "FOR PRESENTATION",
         lut=tags.has("ModalityLUTSequence"),
+        order=order,
     )

@@ -14,6 +14,8 @@ from PolyPoseLib.io.files import refuse_special_file
 from PolyPoseLib.io.native_output import native_output_logged
 from PolyPoseLib.io.nifti import check_nifti
 from PolyPoseLib.io.readers import reader_for
+from PolyPoseLib.io.xray.orientation import orientation_of, turned
+from PolyPoseLib.io.xray.toolkit_forms import gray_alpha_depth, gray_of, readable_form
 
 PLAIN_ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha", ".png", ".tif", ".tiff", ".jpg", ".jpeg")
 """File names that are read without DICOM."""
@@ -43,7 +45,7 @@ def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.nda
     Returns
     -------
     tuple[np.ndarray, bool]
-        ((H, W) float32 values, row by row as stored; whether the file holds whole numbers).
+        ((H, W) float32 values, turned as the picture's orientation says; whether the file holds whole numbers).
 
     Raises
     ------
@@ -51,10 +53,28 @@ def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.nda
         No file, cannot be read, not two-dimensional, in colour, too large, NaN or infinite.
 
     """
-    import SimpleITK as sitk
-
     refuse_special_file(path, where)
     _refuse_detached(path, where)
+    with readable_form(path) as form:
+        pixels, channels = _read(form, where, frame)
+    if depth := gray_alpha_depth(path):
+        pixels = gray_of(pixels, depth)
+    elif channels > 1:
+        pixels = _gray(pixels, where)
+    pixels = _one_image(pixels, where, frame)
+    if pixels.dtype.kind == "c":
+        raise InputError(f"{where} holds complex numbers; give a gray image.")
+    if not np.isfinite(pixels).all():
+        raise InputError(_not_finite(where))
+    if path.name.lower().endswith(GRAY_PICTURES):
+        pixels = turned(pixels, orientation_of(path, frame))
+    return pixels.astype(np.float32), pixels.dtype.kind in "ui"
+
+
+def _read(path: Path, where: str, frame: int | None) -> tuple[np.ndarray, int]:
+    """All pixels of a file as the toolkit gives them, and the number of their channels."""
+    import SimpleITK as sitk
+
     reader = reader_for(path, where)
     try:
         reader.ReadImageInformation()
@@ -75,15 +95,7 @@ def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.nda
         raise InputError(
             f"{where} is damaged or cut short: its pixels cannot be read; copy the file again."
         ) from None
-    pixels = sitk.GetArrayFromImage(image)
-    if image.GetNumberOfComponentsPerPixel() > 1:
-        pixels = _gray(pixels, where)
-    pixels = _one_image(pixels, where, frame)
-    if pixels.dtype.kind == "c":
-        raise InputError(f"{where} holds complex numbers; give a gray image.")
-    if not np.isfinite(pixels).all():
-        raise InputError(_not_finite(where))
-    return pixels.astype(np.float32), pixels.dtype.kind in "ui"
+    return sitk.GetArrayFromImage(image), image.GetNumberOfComponentsPerPixel()
 
 
 def _refuse_detached(path: Path, where: str) -> None:

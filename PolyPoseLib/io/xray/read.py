@@ -234,7 +234,8 @@ def _found_camera(
 
 def _refuse_mirrored_rig(camera: _Camera, calibrated: Calibrated, notes: Notes) -> None:
     """Refuse a calibrated rig whose file shows the detector's side; raises InputError."""
-    if camera.mirrored and calibrated.rig is not None and calibrated.fields.calibration is not None:
+    rigged = calibrated.rig is not None and calibrated.fields.calibration is not None
+    if camera.mirrored and rigged and not calibrated.source_side:
         raise InputError(
             f"{notes.where}: the file shows the detector's side, but a calibrated rig needs the source's: turn "
             'the image round and give "mirrored": false, or remove "rig".'

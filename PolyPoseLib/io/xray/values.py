@@ -13,8 +13,9 @@ from PolyPoseLib.io.xray.fields import XrayFields
 from PolyPoseLib.io.xray.intensity import line_integrals
 from PolyPoseLib.io.xray.intensity_rules import intensity_of_tags
 from PolyPoseLib.io.xray.mask import border_mask, tagged_mask
+from PolyPoseLib.io.xray.orientation import orientation_of
 from PolyPoseLib.io.xray.pixels import apply_modality, stored_pixels
-from PolyPoseLib.io.xray.plain import default_intensity, read_plain
+from PolyPoseLib.io.xray.plain import GRAY_PICTURES, default_intensity, ending_of, read_plain
 from PolyPoseLib.io.xray.storage import own_scale
 from PolyPoseLib.io.xray.tags import XrayTags
 
@@ -113,6 +114,8 @@ def _largest(tags: XrayTags) -> float | None:
 def values_of_plain(path: Path, frame: int | None, given: XrayFields, notes: Notes) -> PixelValues:
     """Read a file that is not DICOM; raises InputError when it is not one gray image."""
     values, whole = read_plain(path, notes.where, frame)
+    if ending_of(path) in GRAY_PICTURES and (orientation := orientation_of(path, frame)) != 1:
+        notes.say(f"turned for display, as the picture's orientation {orientation} (EXIF, TIFF) says")
     refuse_small(values.shape, notes)
     meaning = _given_meaning(given, notes) or default_intensity(path, values, whole, notes)
     mask = np.ones(values.shape, dtype=bool)

@@ -18,6 +18,7 @@ FACTS = [
         [True, False],
         [True, False],
         [True, False],
+        [1, -1],
     )
 ]
 
@@ -67,9 +68,13 @@ def test_every_combination_of_tags_has_a_meaning_and_one_reason():
         meaning, notes = decided(values, 1)
         assert len(notes.provenance) == 1 and notes.provenance[0].startswith("intensity: ")
         assert "{" not in " ".join(notes.provenance + notes.warnings)
-        falling, _ = decided(values, -1)
-        linearised = "made linear by the Modality LUT" in notes.provenance[0]
-        assert falling == (meaning if linearised else opposite[meaning])
+        falling, other = decided(values, -1)
+        # The relationship describes stored values, which a falling slope turns round; the display the rescaled ones.
+        unsaid = values[1] in ("DISP", None) or (values[2] is None and values[0] not in FLUOROSCOPY)
+        if unsaid or "made linear by the Modality LUT" in notes.provenance[0]:
+            assert falling == meaning
+        elif not any("the display decides" in line for line in notes.warnings + other.warnings):
+            assert falling == opposite[meaning]
 
 
 def test_only_a_stated_linear_relationship_makes_values_proportional_to_the_beam():
@@ -86,10 +91,13 @@ def test_fluoroscopy_without_a_sign_is_dark_behind_bone():
     for values in itertools.product(*TAGS.values()):
         if values[0] in FLUOROSCOPY and values[2] not in (1, -1):
             assert decided(values, 1)[0] in ("transmission", "log_transmission")
+            if values[1] is None:
+                assert decided(values, -1)[0] == "log_transmission"
 
 
 def test_a_processed_radiograph_follows_its_display():
     for values in itertools.product(*TAGS.values()):
         inverted = values[3] == "MONOCHROME1" or values[4] == "INVERSE"
         if values[0] not in FLUOROSCOPY and values[5] == "FOR PRESENTATION":
-            assert decided(values, 1)[0] == ("log_transmission" if inverted else "attenuation")
+            for order in (1, -1):
+                assert decided(values, order)[0] == ("log_transmission" if inverted else "attenuation")

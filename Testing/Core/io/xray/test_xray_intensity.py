@@ -79,6 +79,16 @@ ENCODINGS = {
     ),
     "CR MONOCHROME1": ("CR", logarithmic, {"PhotometricInterpretation": "MONOCHROME1"}),
     "CR MONOCHROME2": ("CR", lambda lines: FULL - logarithmic(lines), {}),
+    "CR MONOCHROME2, falling slope": (
+        "CR",
+        logarithmic,
+        {"RescaleSlope": "-10", "RescaleIntercept": "3000"},
+    ),
+    "CR MONOCHROME1, falling slope": (
+        "CR",
+        lambda lines: FULL - logarithmic(lines),
+        {"RescaleSlope": "-1", "RescaleIntercept": "4095", "PhotometricInterpretation": "MONOCHROME1"},
+    ),
     "CR with INVERSE": ("CR", logarithmic, {"PresentationLUTShape": "INVERSE"}),
     "RT image": ("RTIMAGE", lambda lines: FULL - logarithmic(lines), {}),
     "RT image, falling slope": (
