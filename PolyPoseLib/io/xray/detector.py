@@ -9,6 +9,12 @@ import numpy as np
 from PolyPoseLib.data.notes import Notes, shown
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import intrinsics_matrix
+from PolyPoseLib.io.xray.distance_checks import (
+    SOURCE_TO_PATIENT,
+    usable_source_distance,
+    warn_of_distance,
+    warn_of_magnification,
+)
 from PolyPoseLib.io.xray.fields import XrayFields
 from PolyPoseLib.io.xray.lengths import given_or_found, require_usual
 from PolyPoseLib.io.xray.pixel_pitch import pixel_pitch
@@ -90,7 +96,15 @@ def _distance(tags: XrayTags | None, fields: XrayFields, notes: Notes) -> float 
     """Distance from the source to the detector in mm."""
     stated = [(tags.positive(keyword), tag) for keyword, tag in _DISTANCE_TAGS] if tags else []
     found, origin = next(((value, tag) for value, tag in stated if value is not None), (None, ""))
-    return given_or_found("source_to_detector_mm", fields.source_to_detector_mm, found, origin, notes)
+    distance = given_or_found("source_to_detector_mm", fields.source_to_detector_mm, found, origin, notes)
+    if distance is not None:
+        warn_of_distance(distance, fields.source_to_detector_mm is None, notes)
+    if tags is not None and fields.source_to_detector_mm is None and distance is not None:
+        warn_of_magnification(tags, notes)
+        if tags.text("Modality") != "RTIMAGE" and fields.source_to_isocenter_mm is None:
+            stated = [(tags.positive(key), key) for key in SOURCE_TO_PATIENT]
+            usable_source_distance(stated, distance, Notes(notes.where, notes.entry))
+    return distance
 
 
 def _missing(

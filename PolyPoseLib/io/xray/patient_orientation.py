@@ -34,6 +34,11 @@ def stored_handedness(tags: XrayTags | None, beam: np.ndarray) -> int:
     return 0 if abs(turn) < _LEAST_TURN else int(np.sign(turn))
 
 
+def contradicts(tags: XrayTags | None, beam: np.ndarray) -> bool:
+    """Whether the file says how its image lies in the patient, and this beam (3,) would run along that plane."""
+    return _stored_axes(tags) is not None and stored_handedness(tags, beam) == 0
+
+
 def nearest_orientation(
     tags: XrayTags | None, columns: np.ndarray, rows: np.ndarray, beam: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray] | None:

@@ -6,15 +6,11 @@ DICOM says it in Imager Pixel Spacing (0018,1164); Pixel Spacing (0028,0030) may
 
 from __future__ import annotations
 
-import numpy as np
-
 from PolyPoseLib.data.notes import Notes, shown
 from PolyPoseLib.io.xray.fields import XrayFields
 from PolyPoseLib.io.xray.lengths import given_or_found
+from PolyPoseLib.io.xray.pitch_checks import Pitch, binned_pitch, warn_of_pitch
 from PolyPoseLib.io.xray.tags import XrayTags
-
-Pitch = tuple[float, float]
-"""(between rows, between columns) in mm."""
 
 _PITCH_TAGS = (
     ("ImagePlanePixelSpacing", "(3002,0011)"),
@@ -47,7 +43,7 @@ def pixel_pitch(tags: XrayTags | None, fields: XrayFields, notes: Notes) -> Pitc
     found, origin = _of_tags(tags, derive=given is None, notes=notes)
     pitch = given_or_found("pixel_spacing_mm", given, found, origin, notes)
     if pitch is not None:
-        _compare(tags, pitch, given is None, notes)
+        warn_of_pitch(tags, pitch, given is None, notes)
     return pitch
 
 
@@ -58,8 +54,11 @@ def _of_tags(tags: XrayTags, *, derive: bool, notes: Notes) -> tuple[Pitch | Non
             return pair, tag
     if not derive:
         return None, ""
-    found, origin = _demagnified(tags, notes)
-    return (found, origin) if found is not None else _of_field_of_view(tags, notes)
+    for derive_from in (_demagnified, _of_binned_elements, _of_field_of_view, _of_intensifier):
+        found, origin = derive_from(tags, notes)
+        if found is not None:
+            return found, origin
+    return None, ""
 
 
 def _demagnified(tags: XrayTags, notes: Notes) -> tuple[Pitch | None, str]:
@@ -103,18 +102,27 @@ def _of_field_of_view(tags: XrayTags, notes: Notes) -> tuple[Pitch | None, str]:
     return pair, "(0018,1149) over rows and columns"
 
 
-def _compare(tags: XrayTags, pitch: Pitch, from_dicom: bool, notes: Notes) -> None:
-    """Say where other attributes disagree with the pitch."""
-    at_patient = tags.positive_pair("PixelSpacing")
-    if from_dicom and at_patient and not np.allclose(at_patient, pitch, rtol=1e-3):
-        kind = tags.text("PixelSpacingCalibrationType") or "uncalibrated, says the file"
-        notes.say(f"Pixel Spacing (0028,0030) {shown(at_patient)} ({kind}) is the patient's and was not used")
-    sizes = tags.positive_pair("FieldOfViewDimensions")
-    if sizes is None or tags.text("FieldOfViewShape") not in ("", "RECTANGLE"):
-        return
-    extent = (pitch[0] * tags.dataset.Rows, pitch[1] * tags.dataset.Columns)
-    if not any(np.allclose(extent, order, rtol=0.03, atol=1.5) for order in (sizes, sizes[::-1])):
-        notes.warn(
-            f"the image spans {shown(extent)} mm by its pixel spacing but {shown(sizes)} mm by its field of view "
-            '(0018,1149): it may have been cropped or resampled; check "pixel_spacing_mm".'
-        )
+def _of_binned_elements(tags: XrayTags, notes: Notes) -> tuple[Pitch | None, str]:
+    """Pitch from the detector's elements, where the file says how many of them make a pixel."""
+    pair = binned_pitch(tags)
+    if pair is None or tags.positive_pair("PixelSpacing"):
+        return None, ""
+    notes.warn(
+        f"the pixel spacing {shown(pair)} mm is that of the detector's elements times their binning, which holds only "
+        'where the image was not resized; add "pixel_spacing_mm" if you know it.'
+    )
+    return pair, "(0018,7022) times (0018,701A)"
+
+
+def _of_intensifier(tags: XrayTags, notes: Notes) -> tuple[Pitch | None, str]:
+    """A guess: the diameter of the image intensifier fills the image's longer side."""
+    size = tags.positive("IntensifierSize")
+    if size is None or tags.positive_pair("PixelSpacing"):
+        return None, ""
+    pitch = size / max(tags.dataset.Rows, tags.dataset.Columns)
+    notes.warn(
+        f"nothing in the file says how large a pixel is: {shown(pitch)} mm is a guess, that the whole intensifier of "
+        f"{shown(size)} mm (0018,1162) fills the image; with a zoomed field it is too large, and so is every distance: "
+        'measure it and add "pixel_spacing_mm".'
+    )
+    return (pitch, pitch), "a guess from Intensifier Size (0018,1162)"

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from PolyPoseLib.data.notes import Notes, shown
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.carm import view_from_axes
+from PolyPoseLib.io.xray.distance_checks import usable_source_distance
 from PolyPoseLib.io.xray.fields import XrayFields
 from PolyPoseLib.io.xray.tags import XrayTags
 from PolyPoseLib.io.xray.view_axes import ViewAxes, view_axes_of
@@ -107,11 +108,6 @@ def _source_to_isocenter(
     tags: XrayTags | None, fields: XrayFields, view: ViewAxes, source_to_detector_mm: float, notes: Notes
 ) -> tuple[float, bool]:
     """Distance from the source to the isocentre in mm, and whether it was only assumed."""
-    stated = [(tags.positive(key), key) for key in view.source_keys] if tags else []
-    found, key = next(
-        ((value, key) for value, key in stated if value is not None and value < source_to_detector_mm),
-        (None, ""),
-    )
     given = fields.source_to_isocenter_mm
     if given is not None:
         if given >= source_to_detector_mm:
@@ -119,9 +115,13 @@ def _source_to_isocenter(
                 f'{notes.where}: "source_to_isocenter_mm" is {given:g}, not below the detector\'s distance '
                 f"{source_to_detector_mm:g}; give the distance to the isocentre."
             )
-        also = f" (DICOM says {found:g})" if found else ""
-        notes.say(f"source_to_isocenter_mm {given:g} from {notes.entry}{also}")
+        notes.say(f"source_to_isocenter_mm {given:g} from {notes.entry}")
         return given, False
+    stated = [(tags.positive(key), key) for key in view.source_keys] if tags else []
+    if view.virtual_plane:  # an RT image may lie at the isocentre itself
+        found, key = next(((value, key) for value, key in stated if value is not None), (None, ""))
+    else:
+        found, key = usable_source_distance(stated, source_to_detector_mm, notes)
     if found is not None:
         notes.say(f"source_to_isocenter_mm {found:g} from DICOM {key}")
         return found, False

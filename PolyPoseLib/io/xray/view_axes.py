@@ -8,8 +8,10 @@ import numpy as np
 
 from PolyPoseLib.data.notes import Notes, shown
 from PolyPoseLib.geometry.carm import PATIENT_POSITIONS, equipment_to_patient, iec_axes, receptor_axes
+from PolyPoseLib.io.xray.distance_checks import SOURCE_TO_PATIENT
 from PolyPoseLib.io.xray.fields import XrayFields
-from PolyPoseLib.io.xray.patient_orientation import nearest_orientation
+from PolyPoseLib.io.xray.frame_increments import frame_increment
+from PolyPoseLib.io.xray.patient_orientation import contradicts, nearest_orientation
 from PolyPoseLib.io.xray.rt_image import rt_image_axes
 from PolyPoseLib.io.xray.tags import XrayTags
 
@@ -22,6 +24,9 @@ GANTRY_RADIUS = (6.0, 80.0)
 
 VIEW_RADIUS = (25.0, 200.0)
 """The same for a view position, which names a direction and no more."""
+
+FARTHEST_VIEW_DEG = 60.0
+"""Between a named view and the angles: an oblique view lies 45 degrees from the nearest name."""
 
 _VIEWS = {"AP": 180.0, "PA": 0.0, "LL": 90.0, "RL": -90.0}
 """View positions (0018,5101) as the primary angle that puts the receptor there."""
@@ -45,6 +50,8 @@ class ViewAxes:
         (3,) LPS mm, where the file says it, or None.
     table_mm
         (3,) LPS, how far the table had carried the patient, from an arbitrary zero, or None.
+    virtual_plane
+        Whether the image's plane may lie anywhere along the beam, as that of an RT image, in the patient even.
 
     """
 
@@ -52,9 +59,10 @@ class ViewAxes:
     rows: np.ndarray
     beam: np.ndarray
     radius: tuple[float, float]
-    source_keys: tuple[str, ...] = ("DistanceSourceToIsocenter", "DistanceSourceToPatient")
+    source_keys: tuple[str, ...] = SOURCE_TO_PATIENT
     isocenter: tuple[float, float, float] | None = None
     table_mm: np.ndarray | None = None
+    virtual_plane: bool = False
 
 
 def view_axes_of(tags: XrayTags | None, fields: XrayFields, notes: Notes) -> ViewAxes | None:
@@ -89,12 +97,6 @@ def _angles_text(primary: float, secondary: float) -> str:
     return f"{'RAO' if primary < 0 else 'LAO'} {abs(primary):g}, {'CAU' if secondary < 0 else 'CRA'} {abs(secondary):g}"
 
 
-def _frame_number(tags: XrayTags, keyword: str) -> float:
-    """Increment of this frame, from a list with one value a frame; 0 when there is none."""
-    values = tags.numbers(keyword) or ()
-    return values[tags.frame] if tags.frame < len(values) else 0.0
-
-
 def _positioner_view(tags: XrayTags, fields: XrayFields, notes: Notes) -> ViewAxes | None:
     """View of a C-arm from positioner angles (PS3.3 C.8.7.5, C.8.19.6.10, C.8.19.6.13)."""
     if tags.text("Modality") not in ("XA", "RF") and tags.text("PositionerType") != "CARM":
@@ -102,8 +104,8 @@ def _positioner_view(tags: XrayTags, fields: XrayFields, notes: Notes) -> ViewAx
     primary, secondary = tags.number("PositionerPrimaryAngle"), tags.number("PositionerSecondaryAngle") or 0.0
     position, source = "HFS", "(0018,1510) and (0018,1511), relative to the patient"
     if primary is not None:
-        primary += _frame_number(tags, "PositionerPrimaryAngleIncrement")
-        secondary += _frame_number(tags, "PositionerSecondaryAngleIncrement")
+        primary += frame_increment(tags, "PositionerPrimaryAngleIncrement", notes)
+        secondary += frame_increment(tags, "PositionerSecondaryAngleIncrement", notes)
     else:
         primary = tags.number("PositionerIsocenterPrimaryAngle")
         secondary = tags.number("PositionerIsocenterSecondaryAngle") or 0.0
@@ -128,6 +130,7 @@ def _carm_view(
     """View of a C-arm with these angles; the image is heads up as displayed unless the file says otherwise."""
     to_patient = equipment_to_patient(position)
     columns, rows, beam = (to_patient @ axis for axis in receptor_axes(primary, secondary))
+    _compare_directions(tags, beam, notes)
     oriented = nearest_orientation(tags, columns, rows, beam)
     if tags is None or oriented is None:
         notes.say("orientation: heads up, facing the patient, as C-arm images are displayed")
@@ -135,6 +138,33 @@ def _carm_view(
         columns, rows = oriented
         notes.say(f"orientation: Patient Orientation (0020,0020) {tags.text('PatientOrientation')}")
     return ViewAxes(columns, rows, beam, CARM_RADIUS, table_mm=_xa_table(tags, notes))
+
+
+def _compare_directions(tags: XrayTags | None, beam: np.ndarray, notes: Notes) -> None:
+    """Flag a Patient Orientation or View Position that is far from the beam (3,) of the angles."""
+    if tags is None:
+        return
+    if contradicts(tags, beam):
+        notes.warn(_orientation_ignored(tags, "the C-arm's angles"))
+    name = tags.text("ViewPosition")
+    if name not in _VIEWS:
+        return
+    # Front and back are not told apart: a frontal view of a C-arm is called AP whichever way its beam runs.
+    share = min(abs(float(receptor_axes(_VIEWS[name], 0.0)[2] @ beam)), 1.0)
+    if (turn := float(np.degrees(np.arccos(share)))) > FARTHEST_VIEW_DEG:
+        notes.warn(
+            f"the view position {name} (0018,5101) and the C-arm's angles are {turn:.0f} degrees apart; the angles "
+            'were used: if they are wrong, give "primary_angle_deg" and "secondary_angle_deg".'
+        )
+
+
+def _orientation_ignored(tags: XrayTags, against: str) -> str:
+    """Sentence about a Patient Orientation, whose letters are no patient's data, that cannot be right."""
+    return (
+        f"Patient Orientation (0020,0020) {tags.text('PatientOrientation')} describes another direction than "
+        f"{against}, and was ignored: the image may be shown from the other side or turned; check it, and add "
+        '"mirrored" if you know it.'
+    )
 
 
 def _named_view(tags: XrayTags, notes: Notes) -> ViewAxes | None:
@@ -145,6 +175,8 @@ def _named_view(tags: XrayTags, notes: Notes) -> ViewAxes | None:
     columns, rows, beam = receptor_axes(_VIEWS[name], 0.0)
     if name == "AP":
         columns = -columns
+    if contradicts(tags, beam):
+        notes.warn(_orientation_ignored(tags, f"the view position {name} (0018,5101)"))
     columns, rows = nearest_orientation(tags, columns, rows, beam) or (columns, rows)
     notes.say(f"direction: view position {name} (0018,5101)")
     return ViewAxes(columns, rows, beam, VIEW_RADIUS)
@@ -171,6 +203,7 @@ def _rt_view(tags: XrayTags, fields: XrayFields, notes: Notes) -> ViewAxes | Non
         source_keys=("RadiationMachineSAD",),
         isocenter=tags.triple("IsocenterPosition"),
         table_mm=None if table is None else to_patient @ table,
+        virtual_plane=True,
     )
 
 
@@ -199,7 +232,7 @@ def _xa_table(tags: XrayTags | None, notes: Notes) -> np.ndarray | None:
     if None not in absolute:
         table = np.array(absolute, dtype=np.float64)
     elif tags.text("TableMotion") == "DYNAMIC":
-        table = np.array([_frame_number(tags, f"Table{name}Increment") for name in names])
+        table = np.array([frame_increment(tags, f"Table{name}Increment", notes) for name in names])
     else:
         return None
     position = tags.text("PatientPosition")
