@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +16,7 @@ from PolyPoseLib.io.files import read_text
 if TYPE_CHECKING:
     from PolyPoseLib.simulation.simulate import SimulatedCase
 
+_LOG = logging.getLogger(__name__)
 
 USUAL_VIEW_MM = (1020.0, 780.0)
 """From the source to the detector and to the isocenter where no sample suggests others."""
@@ -253,7 +255,9 @@ def simulate(
     segmentation = read_segmentation(labels_path)
     if segmentation.has_layers:
         raise InputError(f"{labels_path}: the segmentation has overlapping layers: export it as a label map.")
-    structures, _ = build_structures(segmentation, groups, ct)
+    structures, odd_structures = build_structures(segmentation, groups, ct, anchor=anchor)
+    for warning in odd_structures:
+        _LOG.warning(warning)
     to_detector, to_isocenter = view_distances(arguments)
     cameras = view_cameras(
         ct,

@@ -6,11 +6,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from PolyPoseLib.data.label_names import structure_of
 from PolyPoseLib.data.volume import Volume, resample_labels_onto
 from PolyPoseLib.errors import InputError, nearest
 
 _MAX_LABEL = 100_000
 """Larger values come from an image, not from a label map."""
+
+
+class AbsentLabelError(InputError):
+    """A label that this segmentation does not hold, though another patient's may."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +100,10 @@ class Segmentation:
 
         Raises
         ------
+        AbsentLabelError
+            No voxel has it: a number that does not occur, an empty segment, or a bone of which there is no segment.
         InputError
-            Unknown, empty, or in several layers.
+            In several layers, or a name that is no bone's.
 
         """
         return (
@@ -124,9 +131,10 @@ class Segmentation:
                 f"lists: rename them or list their identifiers ({', '.join(s.identifier for s in found)})."
             )
         if not found:
-            raise InputError(self._unknown_name(name, structure))
+            is_bone = bool(self.segments) and structure_of(name) is not None
+            raise (AbsentLabelError if is_bone else InputError)(self._unknown_name(name, structure))
         if found[0].label not in self.labels_present(found[0].layer):
-            raise InputError(
+            raise AbsentLabelError(
                 f'{self.source}: segment "{name}" of structure "{structure}" is empty: remove it from the '
                 "structure."
             )
@@ -144,7 +152,7 @@ class Segmentation:
             )
         present = sorted({int(n) for layer in range(len(self.layers)) for n in self.labels_present(layer)})
         shown = ", ".join(map(str, present[:30])) + (", ..." if len(present) > 30 else "")
-        raise InputError(
+        raise AbsentLabelError(
             f'{self.source}: label {label} of structure "{structure}" is not in the image: remove it, or '
             f"choose from {shown or 'nothing (the image is empty)'}."
         )

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from PolyPoseLib.data.label_names import label_table
-from PolyPoseLib.data.segmentation import Segmentation
+from PolyPoseLib.data.segmentation import AbsentLabelError, Segmentation
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError, nearest
 
@@ -133,8 +133,12 @@ def build_structures(
     groups: Mapping[str, Sequence[int | str]],
     ct: Volume,
     table: str | None = None,
+    anchor: str | None = None,
 ) -> tuple[Structures, tuple[str, ...]]:
     """Structures on the CT's grid.
+
+    A list of structures may serve many patients: labels that this segmentation does not hold are left out with a
+    warning, and so are structures of which nothing is left, but not the anchor.
 
     Where two structures claim the same voxels, the smaller one keeps them, with a warning, up to `OVERLAP_TOLERANCE`
     of its own.
@@ -149,37 +153,46 @@ def build_structures(
         Gives the grid.
     table
         A label table ("totalsegmentator_v2", ...) whose names may be used besides those of segments.
+    anchor
+        The structure that must be there.
 
     Returns
     -------
     structures
         Structures in the order of `groups`.
     warnings
-        Sentences about overlaps and very small structures.
+        Sentences about absent labels, overlaps and very small structures.
 
     Raises
     ------
     InputError
-        Larger overlaps, labels that the segmentation does not hold, and structures outside the CT.
+        Larger overlaps, an anchor that is absent or outside the CT, or no structure left.
 
     """
     if not groups:
         raise InputError('"structures" is empty: name at least the anchor with its labels.')
-    members = _members(segmentation, groups, table)
-    names = tuple(groups)
-    masks_of = _layer_lookup(segmentation, members, names)
+    members, warnings = _members(segmentation, groups, table, anchor)
+    masks_of = _layer_lookup(members)
+    grids = {layer: segmentation.on_grid(layer, ct).voxels for layer in sorted(masks_of)}
+    claims = [_look_up(voxels, masks_of[layer]) for layer, voxels in grids.items()]
+    counts = np.sum([_count(claim, len(members)) for claim in claims], axis=0)
+    outside = [name for name, count in zip(members, counts, strict=True) if count == 0]
+    if anchor in outside or len(outside) == len(members):
+        name = anchor if anchor in outside else outside[0]
+        raise InputError(
+            f'Structure "{name}" lies outside the CT: its labels are in the segmentation but none of '
+            "their voxels is on the CT's grid; check that both are of the same scan."
+        )
+    if outside:
+        warnings += [f'Structure "{name}" lies outside the CT and was left out.' for name in outside]
+        members = {name: pairs for name, pairs in members.items() if name not in outside}
+        masks_of = _layer_lookup(members)
+        claims = [_look_up(grids[layer], numbers) for layer, numbers in masks_of.items()]
+        counts = counts[counts > 0]
+    names = tuple(members)
+    few = [(name, count) for name, count in zip(names, counts, strict=True) if count < FEW_VOXELS]
+    warnings += [f'Structure "{name}" has only {count} voxels.' for name, count in few]
     labels = np.zeros(ct.shape, dtype=np.int16)
-    warnings: list[str] = []
-    claims = [_look_up(segmentation.on_grid(layer, ct).voxels, masks_of[layer]) for layer in sorted(masks_of)]
-    counts = np.sum([_count(claim, len(names)) for claim in claims], axis=0)
-    for name, count in zip(names, counts, strict=True):
-        if count == 0:
-            raise InputError(
-                f'Structure "{name}" lies outside the CT: its labels are in the segmentation but none of '
-                "their voxels is on the CT's grid; check that both are of the same scan."
-            )
-        if count < FEW_VOXELS:
-            warnings.append(f'Structure "{name}" has only {count} voxels.')
     for claim in claims:
         warnings += _merge(labels, claim, counts, names)
     return Structures(names, labels), tuple(warnings)
@@ -194,21 +207,34 @@ def _count(labels: np.ndarray, highest: int) -> np.ndarray:
 
 
 def _members(
-    segmentation: Segmentation, groups: Mapping[str, Sequence[int | str]], table: str | None
-) -> dict[str, list[tuple[int, int]]]:
-    """The (layer, label) pairs of each structure; every pair at most once."""
+    segmentation: Segmentation,
+    groups: Mapping[str, Sequence[int | str]],
+    table: str | None,
+    anchor: str | None,
+) -> tuple[dict[str, list[tuple[int, int]]], list[str]]:
+    """The (layer, label) pairs of every structure that has any, each at most once, and warnings about absent ones."""
     ids = {name: number for number, name in label_table(table).items()} if table else {}
     owner: dict[tuple[int, int], str] = {}
     members: dict[str, list[tuple[int, int]]] = {}
+    warnings: list[str] = []
+    first: AbsentLabelError | None = None
     for structure, labels in groups.items():
         if not labels:
             raise InputError(f'Structure "{structure}" has no labels: list at least one, or remove it.')
-        members[structure] = []
+        pairs: list[tuple[int, int]] = []
+        absent: list[int | str] = []
         for label in labels:
             number = (
                 ids.get(label) if isinstance(label, str) and not segmentation.has_segment(label) else None
             )
-            pair = segmentation.find(label if number is None else number, structure)
+            try:
+                pair = segmentation.find(label if number is None else number, structure)
+            except AbsentLabelError as error:
+                first = first or error
+                if structure == anchor and len(absent) + 1 == len(labels):
+                    raise
+                absent.append(label)
+                continue
             if pair in owner:
                 twice = "twice" if owner[pair] == structure else f'by structure "{owner[pair]}" too'
                 raise InputError(
@@ -216,19 +242,32 @@ def _members(
                     "place."
                 )
             owner[pair] = structure
-            members[structure].append(pair)
-    return members
+            pairs.append(pair)
+        if pairs:
+            members[structure] = pairs
+        if absent:
+            warnings.append(_absence(structure, absent, left_out=not pairs))
+    if not members and first is not None:
+        raise first
+    return members, warnings
 
 
-def _layer_lookup(
-    segmentation: Segmentation, members: Mapping[str, list[tuple[int, int]]], names: Sequence[str]
-) -> dict[int, dict[int, int]]:
-    """For every layer that is used, {label: structure's number from 1}."""
+def _absence(structure: str, absent: Sequence[int | str], left_out: bool) -> str:
+    """A warning about labels that the segmentation does not hold."""
+    shown = ", ".join(map(str, absent[:10])) + (", ..." if len(absent) > 10 else "")
+    if left_out:
+        return f'Structure "{structure}" was left out: the segmentation holds none of its labels ({shown}).'
+    few = f"label {shown}" if len(absent) == 1 else f"{len(absent)} of its labels ({shown})"
+    return f'Structure "{structure}": the segmentation does not hold {few}; it is made of the others.'
+
+
+def _layer_lookup(members: Mapping[str, list[tuple[int, int]]]) -> dict[int, dict[int, int]]:
+    """For every layer that is used, in order, {label: structure's number from 1}."""
     lookup: dict[int, dict[int, int]] = {}
-    for structure, pairs in members.items():
+    for number, pairs in enumerate(members.values(), start=1):
         for layer, label in pairs:
-            lookup.setdefault(layer, {})[label] = names.index(structure) + 1
-    return lookup
+            lookup.setdefault(layer, {})[label] = number
+    return dict(sorted(lookup.items()))
 
 
 def _look_up(labels: np.ndarray, numbers: Mapping[int, int]) -> np.ndarray:

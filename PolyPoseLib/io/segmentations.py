@@ -38,9 +38,10 @@ def read_segmentation(path: str | Path) -> Segmentation:
     path = Path(path)
     if path.name.lower().endswith(_SLICER_ENDINGS) and not path.is_dir():
         image = read_image(path)
-        segments = _segments(_segment_fields(image), path)
-        if segments:
-            return Segmentation(_layers(image, path), segments, str(path))
+        fields = _segment_fields(image)
+        if fields:
+            layers = _layers(image, path)
+            return Segmentation(layers, _segments(fields, path, len(layers)), str(path))
     return Segmentation.from_labels(read_volume(path), str(path))
 
 
@@ -74,10 +75,11 @@ def _layers(image: sitk.Image, path: Path) -> tuple[Volume, ...]:
         raise InputError(f"{path}: {error}") from error
 
 
-def _segments(fields: dict[str, str], path: Path) -> tuple[Segment, ...]:
+def _segments(fields: dict[str, str], path: Path, layers: int) -> tuple[Segment, ...]:
     """The segments that a .seg.nrrd names in its fields Segment{N}_ID, _Name, _LabelValue and _Layer.
 
-    Older files keep one segment a layer with label 1 and give neither LabelValue nor Layer.
+    Older files keep one segment a layer with label 1 and give neither LabelValue nor Layer; other programs give labels
+    in one image, and no Layer.
     """
     numbered: dict[int, dict[str, str]] = {}
     for key, value in fields.items():
@@ -87,8 +89,9 @@ def _segments(fields: dict[str, str], path: Path) -> tuple[Segment, ...]:
     segments = []
     for number, values in sorted(numbered.items()):
         identifier = values.get("ID", f"Segment_{number}")
+        usual = 0 if layers == 1 and "LabelValue" in values else number
         try:
-            layer, label = int(values.get("Layer", number)), int(values.get("LabelValue", 1))
+            layer, label = int(values.get("Layer", usual)), int(values.get("LabelValue", 1))
         except ValueError as error:
             raise InputError(
                 f"{path}: segment {number} has a Layer or LabelValue that is not a whole number: export it "

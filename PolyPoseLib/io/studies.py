@@ -73,7 +73,7 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
     segmentation = read_segmentation(labels_path)
     try:
         structures, odd_structures = build_structures(
-            segmentation, fields["structures"], ct, fields.get("label_table")
+            segmentation, fields["structures"], ct, fields.get("label_table"), fields["anchor"]
         )
     except InputError as error:
         raise InputError(f'{path}: "structures": {error}') from error

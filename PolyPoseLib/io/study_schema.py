@@ -29,9 +29,9 @@ MAX_LABELS = 65_536
 LONGEST_NAME = 200
 """Characters of a structure's name."""
 
-REQUIRED = ("version", "ct", "segmentation", "structures", "anchor", "xrays")
+REQUIRED = ("ct", "segmentation", "structures", "anchor", "xrays")
 
-OPTIONAL = ("options", "ct_series", "label_table", "comment")
+OPTIONAL = ("version", "options", "ct_series", "label_table", "comment")
 
 MORE_XRAY_FIELDS = ("comment",)
 """Fields of an X-ray besides those by which it is read (io.xray.fields.FIELDS)."""

@@ -183,6 +183,21 @@ def test_real_numbers_that_are_whole_are_labels(tmp_path):
     assert found.labels_present(0).tolist() == [1, 2, 3, 4]
 
 
+@pytest.mark.parametrize("number", [0, 5])
+def test_labels_without_a_layer_are_in_the_only_one(tmp_path, number):
+    path = tmp_path / "other.seg.nrrd"
+    image = sitk.GetImageFromArray(blocks())
+    for n, (name, value) in enumerate((("femur", 1), ("pelvis", 3)), start=number):
+        image.SetMetaData(f"Segment{n}_Name", name)
+        image.SetMetaData(f"Segment{n}_LabelValue", str(value))
+    sitk.WriteImage(image, str(path), True)
+    found, _ = build_structures(
+        read_segmentation(path), {"f": ["femur"], "p": ["pelvis"]}, Volume(np.zeros(SHAPE), np.eye(4))
+    )
+    assert np.array_equal(found.mask("f"), blocks() == 1)
+    assert np.array_equal(found.mask("p"), blocks() == 3)
+
+
 def test_seg_nrrd_with_names(tmp_path):
     path = tmp_path / "a.seg.nrrd"
     write_seg(path, [blocks()], [("Segment_1", "left hip", 0, 2), ("Segment_2", "sacrum", 0, 3)])

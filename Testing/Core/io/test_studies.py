@@ -84,6 +84,16 @@ def test_a_right_study_is_loaded(data):
     assert np.allclose(study.xrays[0].intrinsics[0, 0], 1020 / 0.4)
 
 
+def test_the_version_may_be_absent(data):
+    assert Study.load(write(data, changed(version=...))).anchor == "pelvis"
+
+
+def test_absent_labels_are_told_in_the_warnings(data):
+    study = Study.load(write(data, changed(structures={"pelvis": [1, 2, 9], "femur_left": [3], "rib": [7]})))
+    assert study.structures.names == ("pelvis", "femur_left")
+    assert sum("segmentation" in warning for warning in study.warnings) == 2
+
+
 def test_one_structure_and_one_view_are_allowed(data):
     study = Study.load(write(data, changed(structures={"pelvis": [1]}, xrays=[XRAY])))
     assert len(study.structures) == 1
@@ -107,7 +117,7 @@ def test_one_structure_and_one_view_are_allowed(data):
         (changed(ct=...), 'the field "ct" is missing'),
         (changed(xrays=...), '"xrays" is missing'),
         (changed(anchr="pelvis"), 'did you mean "anchor"'),
-        (changed(qqq=1), "give one of version, ct"),
+        (changed(qqq=1), "give one of ct, segmentation"),
         (changed(ct=5), '"ct" is 5; give a text'),
         (changed(ct="absent.nii.gz"), '"ct" names "absent.nii.gz", but there is no such file'),
         (changed(ct="a\0b"), "path of a file"),
