@@ -51,9 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
         from PolyPoseLib.io.segmentations import read_segmentation
 
         names = label_table(arguments.label_table) if arguments.label_table else None
-        scores = score_segmentation(
-            load_result(arguments.result), read_segmentation(arguments.segmentation), names
-        )
+        segmentation = read_segmentation(arguments.segmentation).renumbered(names or {})
+        scores = score_segmentation(load_result(arguments.result), segmentation, names)
         text = overlap_table
     print(scores_json(scores) if arguments.json else text(scores))
     return 0

@@ -40,7 +40,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--sample", choices=tuple(SAMPLES), help="use a public CT instead of the next three arguments"
     )
     parser.add_argument("--ct", type=Path, metavar="FILE", help="CT in Hounsfield units")
-    parser.add_argument("--segmentation", type=Path, metavar="FILE", help="label map")
+    parser.add_argument("--segmentation", type=Path, metavar="FILE", help="label map, or folder of masks")
     parser.add_argument(
         "--structures",
         type=Path,
@@ -177,8 +177,8 @@ def write_simulation(
 
     camera, distance = getattr(arguments, "camera", "initial"), view_distances(arguments)[0]
     with claimed_folder(output, overwrite=False) as claim:
-        groups, anchor, table = read_structures(structures_path)
-        case = simulate(ct_path, labels_path, groups, anchor, arguments)
+        grouping = groups, _, table = read_structures(structures_path)
+        case = simulate(ct_path, labels_path, grouping, arguments)
         organ_names = label_table(table) if table else None
         require_space(output, _bytes_of(case))
         with claim.whole() as temporary:
@@ -236,10 +236,15 @@ def check_simulation(arguments: argparse.Namespace) -> None:
     view_distances(arguments)
 
 
+Grouping = tuple[dict[str, list[int]], str, str | None]
+"""Structures with their labels, the anchor, and the label table that gives the numbers."""
+
+
 def simulate(
-    ct_path: Path, labels_path: Path, groups: dict[str, list[int]], anchor: str, arguments: argparse.Namespace
+    ct_path: Path, labels_path: Path, grouping: Grouping, arguments: argparse.Namespace
 ) -> SimulatedCase:
     """The case that the arguments ask for."""
+    from PolyPoseLib.data.label_names import label_table
     from PolyPoseLib.data.structures import build_structures
     from PolyPoseLib.io.segmentations import read_segmentation
     from PolyPoseLib.io.volumes import read_ct
@@ -255,6 +260,13 @@ def simulate(
     segmentation = read_segmentation(labels_path)
     if segmentation.has_layers:
         raise InputError(f"{labels_path}: the segmentation has overlapping layers: export it as a label map.")
+    groups, anchor, table = grouping
+    if not segmentation.numbered and table is None:
+        raise InputError(
+            f"{labels_path}: a folder of masks has names only: add the label_table that has them to the "
+            "structures' JSON file."
+        )
+    segmentation = segmentation.renumbered(label_table(table) if table else {})
     structures, odd_structures = build_structures(segmentation, groups, ct, anchor=anchor)
     for warning in odd_structures:
         _LOG.warning(warning)
@@ -295,7 +307,7 @@ def view_distances(arguments: argparse.Namespace) -> tuple[float, float]:
     return to_detector, to_isocenter
 
 
-def read_structures(path: Path) -> tuple[dict[str, list[int]], str, str | None]:
+def read_structures(path: Path) -> Grouping:
     """Structures, anchor and label table of a JSON file as the subcommand structures prints it."""
     from PolyPoseLib.data.label_names import label_table
     from PolyPoseLib.io.json_records import Record, parse_object

@@ -21,7 +21,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "propose structures and an anchor from a segmentation's labels",
         "labels.nii.gz --label-table totalsegmentator_v2",
     )
-    parser.add_argument("segmentation", type=Path, help="label map, or .seg.nrrd with names")
+    parser.add_argument("segmentation", type=Path, help="label map, .seg.nrrd with names, or folder of masks")
     parser.add_argument(
         "--label-table", choices=TABLES, help="label table whose numbers a plain label map holds"
     )
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not groups:
         raise InputError(f"{arguments.segmentation}: no label is a known bone: write the structures by hand.")
     fields = {"structures": groups, "anchor": propose_anchor(list(groups))}
-    if not segmentation.segments:
+    if arguments.label_table:
         fields = {"label_table": arguments.label_table, **fields}
     json.dump(fields, sys.stdout, indent=1)
     print()

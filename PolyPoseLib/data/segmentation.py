@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -40,6 +41,10 @@ class Segmentation:
         Empty for a plain label map.
     source
         Name for messages.
+    numbered
+        Whether people know the labels by their numbers; those of a folder of masks they know by its files' names alone.
+    warnings
+        What was odd but not wrong.
 
     Raises
     ------
@@ -51,6 +56,8 @@ class Segmentation:
     layers: tuple[Volume, ...]
     segments: tuple[Segment, ...] = ()
     source: str = "segmentation"
+    numbered: bool = True
+    warnings: tuple[str, ...] = ()
     _present: tuple[np.ndarray, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -76,6 +83,17 @@ class Segmentation:
     def has_layers(self) -> bool:
         """Whether segments may overlap."""
         return len(self.layers) > 1
+
+    def renumbered(self, table: Mapping[int, str]) -> Segmentation:
+        """As it is, or where its labels are known by name: a label map with the table's numbers for these names."""
+        if self.numbered:
+            return self
+        numbers = {name: number for number, name in table.items()}
+        lookup = np.zeros(1 + max(segment.label for segment in self.segments), np.int32)
+        for segment in self.segments:
+            lookup[segment.label] = numbers.get(segment.name, 0)
+        labels = self.layers[0]
+        return Segmentation.from_labels(Volume(lookup[labels.voxels], labels.affine), self.source)
 
     def has_segment(self, name: int | str) -> bool:
         """Whether a segment has this name or identifier."""
@@ -142,6 +160,11 @@ class Segmentation:
 
     def _find_number(self, label: int, structure: str) -> tuple[int, int]:
         """The pair of a label number that exactly one layer holds."""
+        if not self.numbered:
+            raise InputError(
+                f'{self.source}: structure "{structure}" lists the number {label}, but a folder of masks has none: '
+                'list the names of its files, or say by "label_table" whose numbers they are.'
+            )
         layers = [n for n in range(len(self.layers)) if label in self.labels_present(n)]
         if len(layers) == 1:
             return layers[0], label

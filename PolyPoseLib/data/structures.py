@@ -213,7 +213,8 @@ def _members(
     anchor: str | None,
 ) -> tuple[dict[str, list[tuple[int, int]]], list[str]]:
     """The (layer, label) pairs of every structure that has any, each at most once, and warnings about absent ones."""
-    ids = {name: number for number, name in label_table(table).items()} if table else {}
+    names_of = label_table(table) if table else {}
+    ids = {name: number for number, name in names_of.items()}
     owner: dict[tuple[int, int], str] = {}
     members: dict[str, list[tuple[int, int]]] = {}
     warnings: list[str] = []
@@ -224,11 +225,8 @@ def _members(
         pairs: list[tuple[int, int]] = []
         absent: list[int | str] = []
         for label in labels:
-            number = (
-                ids.get(label) if isinstance(label, str) and not segmentation.has_segment(label) else None
-            )
             try:
-                pair = segmentation.find(label if number is None else number, structure)
+                pair = segmentation.find(_translated(label, segmentation, names_of, ids), structure)
             except AbsentLabelError as error:
                 first = first or error
                 if structure == anchor and len(absent) + 1 == len(labels):
@@ -250,6 +248,16 @@ def _members(
     if not members and first is not None:
         raise first
     return members, warnings
+
+
+def _translated(
+    label: int | str, segmentation: Segmentation, names_of: Mapping[int, str], ids: Mapping[str, int]
+) -> int | str:
+    """A label as the segmentation knows it, by the table's number or by its name."""
+    if isinstance(label, str):
+        known = segmentation.has_segment(label) or not segmentation.numbered
+        return label if known else ids.get(label, label)
+    return label if segmentation.numbered else names_of.get(label, label)
 
 
 def _absence(structure: str, absent: Sequence[int | str], left_out: bool) -> str:

@@ -10,6 +10,7 @@ from PolyPoseLib.data.segmentation import Segment, Segmentation
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.images import read_image
+from PolyPoseLib.io.mask_folder import is_mask_folder, read_mask_folder
 from PolyPoseLib.io.volumes import read_volume
 
 if TYPE_CHECKING:
@@ -22,12 +23,12 @@ _SEGMENT_FIELD = re.compile(r"^Segment([0-9]{1,9})_(ID|Name|LabelValue|Layer)$")
 
 
 def read_segmentation(path: str | Path) -> Segmentation:
-    """Read a label map or a .seg.nrrd.
+    """Read a label map, a .seg.nrrd, or a folder of one mask per structure.
 
     Parameters
     ----------
     path
-        A file, or a folder of DICOM slices.
+        A file, a folder of masks, or a folder of DICOM slices.
 
     Raises
     ------
@@ -36,6 +37,8 @@ def read_segmentation(path: str | Path) -> Segmentation:
 
     """
     path = Path(path)
+    if is_mask_folder(path):
+        return read_mask_folder(path)
     if path.name.lower().endswith(_SLICER_ENDINGS) and not path.is_dir():
         image = read_image(path)
         fields = _segment_fields(image)

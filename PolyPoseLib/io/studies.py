@@ -77,7 +77,12 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
         )
     except InputError as error:
         raise InputError(f'{path}: "structures": {error}') from error
-    warnings = (*odd_hounsfield_values(ct, "the CT"), *odd_structures, *_few_views(xrays))
+    warnings = (
+        *odd_hounsfield_values(ct, "the CT"),
+        *segmentation.warnings,
+        *odd_structures,
+        *_few_views(xrays),
+    )
     for warning in warnings:
         _LOG.warning(warning)
     return Study(
