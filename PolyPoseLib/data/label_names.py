@@ -11,8 +11,19 @@ from typing import TypeVar
 
 from PolyPoseLib.errors import InputError, unknown_name
 
-TABLES = ("totalsegmentator_v1", "totalsegmentator_v2", "totalsegmentator_v3")
-"""Known tables: the task "total" of TotalSegmentator, release 1, releases 2.0 to 2.x, and its v3 model (L6 for S1)."""
+TABLES = (
+    "totalsegmentator_v1",
+    "totalsegmentator_v2",
+    "totalsegmentator_v3",
+    "totalsegmentator_appendicular_bones",
+    "totalsegmentator_vertebrae_body",
+    "totalsegmentator_vertebrae_pp",
+    "totalsegmentator_teeth",
+    "totalsegmentator_craniofacial_structures",
+    "totalsegmentator_headneck_bones_vessels",
+)
+"""Known tables: the task "total" of TotalSegmentator, release 1, releases 2.0 to 2.x, and its v3 model (L6 for S1);
+then its other tasks with bones, as of release 2.18."""
 
 DETAILS = ("regions", "bones")
 """How finely bones are proposed: vertebrae by region and ribs by side, or every one by itself."""
@@ -21,12 +32,17 @@ Label = TypeVar("Label", int, str)
 
 _VERTEBRA = re.compile(r"^(?:vertebrae?[ _])?([ctls])(\d{1,2})(?:[ _]vertebrae?)?$")
 _RIB = re.compile(r"\brib\b")
+_JAW = re.compile(r"^(upper|lower) (?:jawbone|.*fdi\d+)$|^teeth (upper|lower)$")
 _REGION = {"c": "cervical_spine", "t": "thoracic_spine", "l": "lumbar_spine"}
 _PELVIS = ("hip", "hip bone", "sacrum", "coccyx", "pelvis", "ilium", "ischium", "pubis")
 _SINGLE = {
     "skull": "skull",
     "cranium": "skull",
+    "zygomatic arch": "skull",
+    "styloid process": "skull",
     "mandible": "mandible",
+    "hyoid": "hyoid",
+    "vertebrae body": "spine",
     "sternum": "sternum",
     "femur": "femur",
     "patella": "patella",
@@ -45,6 +61,7 @@ _SINGLE = {
     "metatarsal": "foot",
     "phalanges feet": "foot",
 }
+_MIDLINE = ("skull", "mandible", "hyoid", "sternum", "spine")
 _ORDER = [
     "pelvis",
     "femur",
@@ -54,6 +71,7 @@ _ORDER = [
     "lumbar_spine",
     "thoracic_spine",
     "cervical_spine",
+    "spine",
     "vertebra",
     "ribs",
     "rib",
@@ -65,8 +83,9 @@ _ORDER = [
     "hand",
     "skull",
     "mandible",
+    "hyoid",
 ]
-_ANCHORS = ("pelvis", "thoracic_spine", "lumbar_spine", "skull", "cervical_spine")
+_ANCHORS = ("pelvis", "thoracic_spine", "lumbar_spine", "skull", "cervical_spine", "spine")
 
 
 @lru_cache(maxsize=1)
@@ -112,7 +131,11 @@ def structure_of(name: str, detail: str = "regions") -> str | None:
         return f"ribs{side}" if detail == "regions" or not number else f"rib{side}_{number[0]}"
     if bare in _PELVIS:
         return "pelvis"
-    return _SINGLE[bare] + side if bare in _SINGLE else None
+    jaw = _JAW.match(words)
+    if jaw:
+        return "mandible" if "lower" in jaw.groups() else "skull"
+    found = _SINGLE.get(bare)
+    return found if found is None or found in _MIDLINE else found + side
 
 
 def propose_structures(
