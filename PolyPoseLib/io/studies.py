@@ -16,6 +16,7 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.io import paths as study_paths
 from PolyPoseLib.io import study_schema
 from PolyPoseLib.io.segmentations import read_segmentation
+from PolyPoseLib.io.view_checks import odd_cameras, odd_views
 from PolyPoseLib.io.volumes import read_ct
 from PolyPoseLib.io.xray.read import read_xray
 
@@ -77,10 +78,17 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
         )
     except InputError as error:
         raise InputError(f'{path}: "structures": {error}') from error
+    try:
+        cameras = odd_cameras(xrays, entries, structures, ct.affine, fields["anchor"])
+        same_views = odd_views(xrays)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
     warnings = (
         *odd_hounsfield_values(ct, "the CT"),
         *segmentation.warnings,
         *odd_structures,
+        *same_views,
+        *cameras,
         *_few_views(xrays),
     )
     for warning in warnings:

@@ -65,9 +65,10 @@ def test_one_image_under_two_names_is_refused(folder, spelling):
         assert message.startswith(str(folder / "study.json")) and "\n" not in message
 
 
-def test_copies_and_frames_of_a_run_are_different_images(folder):
+def test_copies_are_one_picture_and_frames_of_a_run_are_different_ones(folder):
     (folder / "copy.nii.gz").write_bytes((folder / "ap.nii.gz").read_bytes())
-    assert len(study(folder, ("ap.nii.gz", None), ("copy.nii.gz", None), ("side.nii.gz", None)).xrays) == 3
+    with pytest.raises(InputError, match=r'"xrays"\[1\] shows the same picture as "xrays"\[0\]'):
+        study(folder, ("ap.nii.gz", None), ("copy.nii.gz", None), ("side.nii.gz", None))
     runs = study(folder, ("run.nii.gz", 0), ("./run.nii.gz", 2), ("run.nii.gz", 1)).xrays
     assert not np.array_equal(runs[0].image, runs[1].image)
 
@@ -76,3 +77,25 @@ def test_copies_and_frames_of_a_run_are_different_images(folder):
 def test_frames_that_may_be_the_same_are_refused(folder, first, second):
     with pytest.raises(InputError, match='"frame"'):
         require_different_images([(folder / "run.nii.gz", first), (folder / "run.nii.gz", second)])
+
+
+def test_a_copy_in_another_format_and_grey_scale_is_refused(folder):
+    pixels = sitk.GetArrayFromImage(sitk.ReadImage(str(folder / "ap.nii.gz")))
+    grey = np.rint(255 * (1 - np.sqrt(pixels))).astype(np.uint8)
+    sitk.WriteImage(sitk.GetImageFromArray(grey), str(folder / "copy.png"))
+    with pytest.raises(InputError, match=r'"xrays"\[1\] shows the same picture as "xrays"\[0\]'):
+        study(folder, ("ap.nii.gz", None), ("copy.png", None))
+
+
+@pytest.mark.parametrize(
+    ("depth", "sentence"), [(1500, "behind the detector at 1000 mm"), (-700, "behind the X-ray")]
+)
+def test_a_camera_that_cannot_have_taken_its_x_ray_is_refused(folder, depth, sentence):
+    study(folder, ("ap.nii.gz", None))
+    fields = json.loads((folder / "study.json").read_text())
+    pose = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, depth]]
+    fields["xrays"][0] |= {"camera": "known", "extrinsic": pose}
+    (folder / "study.json").write_text(json.dumps(fields))
+    with pytest.raises(InputError, match=sentence) as error:
+        Study.load(folder / "study.json")
+    assert str(error.value).startswith(str(folder / "study.json"))
