@@ -100,7 +100,7 @@ def read_in_child(path: Path, kind: str, limits: Limits) -> sitk.Image:
         ]
         try:
             done = subprocess.run(
-                [_interpreter(), "-c", _CHILD, *arguments],
+                [interpreter(), "-c", _CHILD, *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
@@ -113,20 +113,20 @@ def read_in_child(path: Path, kind: str, limits: Limits) -> sitk.Image:
         if done.returncode == 2:
             reason = " ".join(done.stdout.decode("utf-8", "replace").split())[:300]
             raise InputError(reason or "it is damaged")
-        if _ran_out_of_time(done.returncode):
+        if ran_out_of_time(done.returncode):
             raise _too_slow(limits)
         if done.returncode != 0 or not target.is_file():
             raise InputError("it is damaged: the library that reads it does not survive it")
         return sitk.ReadImage(str(target), imageIO="MetaImageIO")
 
 
-def _interpreter() -> str:
+def interpreter() -> str:
     """Python, also in an application that embeds it: Slicer puts PythonSlicer on its PATH."""
     name = Path(sys.executable or "").name.lower()
     return sys.executable if name.startswith("python") else shutil.which("PythonSlicer") or sys.executable
 
 
-def _ran_out_of_time(status: int) -> bool:
+def ran_out_of_time(status: int) -> bool:
     """Whether the system ended a child because of its computing time."""
     if os.name != "posix":
         return False

@@ -1,4 +1,4 @@
-"""X-rays that are not DICOM: NIfTI, NRRD, MetaImage, PNG, TIFF and JPEG, through SimpleITK."""
+"""X-rays that are not DICOM: NIfTI, NRRD, MetaImage, PNG, TIFF and JPEG, through SimpleITK, and frames of films."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ from PolyPoseLib.io.nifti import check_nifti
 from PolyPoseLib.io.readers import reader_for
 from PolyPoseLib.io.xray.orientation import orientation_of, turned
 from PolyPoseLib.io.xray.toolkit_forms import gray_alpha_depth, gray_of, readable_form
+from PolyPoseLib.io.xray.video import VIDEO_ENDINGS, read_video_frame
 
-PLAIN_ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha", ".png", ".tif", ".tiff", ".jpg", ".jpeg")
+PLAIN_ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha", ".png", ".tif", ".tiff", ".jpg", ".jpeg", *VIDEO_ENDINGS)
 """File names that are read without DICOM."""
 
-GRAY_PICTURES = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
+GRAY_PICTURES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", *VIDEO_ENDINGS)
 """File names whose values are gray levels, never line integrals."""
 
 
@@ -53,6 +54,8 @@ def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.nda
         No file, cannot be read, not two-dimensional, in colour, too large, NaN or infinite.
 
     """
+    if ending_of(path) in VIDEO_ENDINGS:
+        return read_video_frame(path, where, frame).astype(np.float32), True
     refuse_special_file(path, where)
     _refuse_detached(path, where)
     with readable_form(path) as form:
@@ -66,7 +69,7 @@ def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.nda
         raise InputError(f"{where} holds complex numbers; give a gray image.")
     if not np.isfinite(pixels).all():
         raise InputError(_not_finite(where))
-    if path.name.lower().endswith(GRAY_PICTURES):
+    if ending_of(path) in GRAY_PICTURES:
         pixels = turned(pixels, orientation_of(path, frame))
     return pixels.astype(np.float32), pixels.dtype.kind in "ui"
 
