@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.data.segmentation import Segmentation
-from PolyPoseLib.data.structures import build_structures
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.data.volume import Volume, odd_hounsfield_values
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io import paths as study_paths
 from PolyPoseLib.io import study_schema
+from PolyPoseLib.io.label_placement import checked_structures
 from PolyPoseLib.io.segmentations import read_segmentation
 from PolyPoseLib.io.view_checks import odd_cameras, odd_views
 from PolyPoseLib.io.volumes import read_ct
@@ -73,7 +73,7 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
     ct = read_ct(ct_path, fields.get("ct_series"))
     segmentation = read_segmentation(labels_path)
     try:
-        structures, odd_structures = build_structures(
+        structures, odd_structures = checked_structures(
             segmentation, fields["structures"], ct, fields.get("label_table"), fields["anchor"]
         )
     except InputError as error:
