@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from PolyPoseLib.data.hounsfield import impossible_highest_value, impossible_size
 from PolyPoseLib.data.options import Options
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.view_names import view_name
@@ -82,6 +83,8 @@ class Study:
         _require_whole_rigs(self.xrays)
         if not np.isfinite(self.ct.voxels).all():
             raise InputError("The CT holds NaN or infinite voxels: replace them by -1000, the value of air.")
+        if (fault := impossible_size(self.ct) or impossible_highest_value(self.ct)) is not None:
+            raise InputError(f"The study's CT: {fault}")
         if self.source_segmentation is not None and self.source_segmentation.shape != self.ct.shape:
             raise InputError(
                 "The source segmentation is on another grid than the CT: resample it onto the CT's."

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -162,28 +161,6 @@ def hounsfield_to_attenuation(hu: np.ndarray) -> np.ndarray:
     np.maximum(mu, 0, out=mu)
     mu *= np.float32(WATER_ATTENUATION_PER_MM / 1000)
     return mu
-
-
-def odd_hounsfield_values(ct: Volume, name: str | Path) -> tuple[str, ...]:
-    """Warnings about a CT whose values are possible but unusual.
-
-    Parameters
-    ----------
-    ct
-        Hounsfield units.
-    name
-        Whose values they are, for the sentences.
-
-    """
-    low, high = float(ct.voxels.min()), float(ct.voxels.max())
-    warnings = []
-    if low > -500:
-        warnings.append(
-            f"{name}: no voxel is air (lowest value {low:g} HU); the CT may be cropped or clipped."
-        )
-    if high < 200:
-        warnings.append(f"{name}: no voxel is bone (highest value {high:g} HU); the CT may be clipped.")
-    return tuple(warnings)
 
 
 def resample_labels_onto(labels: Volume, reference: Volume) -> Volume:

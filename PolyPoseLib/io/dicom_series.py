@@ -1,9 +1,9 @@
-"""A CT from DICOM files: which series, where its slices are, and their Hounsfield units."""
+"""A CT from DICOM files: which series, and where its slices are."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -11,19 +11,10 @@ from typing import Any
 import numpy as np
 
 from PolyPoseLib.data.volume import Volume
-from PolyPoseLib.errors import InputError, is_out_of_memory, memory_ran_out
-from PolyPoseLib.io.dicom import (
-    complete_meta,
-    looks_like_dicom,
-    quiet_pydicom,
-    raw_value,
-    read_dataset,
-    refuse_short,
-    refuse_swollen,
-)
+from PolyPoseLib.errors import InputError, memory_ran_out
+from PolyPoseLib.io.dicom import looks_like_dicom, quiet_pydicom, raw_value, read_dataset
 from PolyPoseLib.io.files import refuse_special_file
-from PolyPoseLib.io.machine_memory import require_room
-from PolyPoseLib.io.native_output import native_output_logged
+from PolyPoseLib.io.slice_pixels import stack_pixels, whole_file
 from PolyPoseLib.io.slice_stack import Slice, sorted_slices, stack_affine
 
 MAX_FILES = 20_000
@@ -50,6 +41,8 @@ _TAGS = [
 def read_dicom_volume(path: str | Path, series: str | int | None = None) -> Volume:
     """Read a folder of DICOM slices, or one multi-frame file, as Hounsfield units where they are a CT.
 
+    Slices of a tilted gantry give a sheared affine.
+
     Parameters
     ----------
     path
@@ -60,7 +53,7 @@ def read_dicom_volume(path: str | Path, series: str | int | None = None) -> Volu
     Raises
     ------
     InputError
-        No images, several series, one slice, gantry tilt, missing or uneven slices, or damaged files.
+        No images, several series, one slice, missing or uneven slices, or damaged files.
 
     """
     path = Path(path)
@@ -70,7 +63,7 @@ def read_dicom_volume(path: str | Path, series: str | int | None = None) -> Volu
         slices = _enhanced_slices(*chosen[0]) if _is_multiframe(chosen) else _plain_slices(path, chosen)
         slices = sorted_slices(slices)
         affine = stack_affine(slices, str(path))
-        return Volume(_pixels(path, slices), affine)
+        return Volume(stack_pixels(slices, path), affine)
 
 
 def _headers(path: Path) -> list[tuple[Path, Any]]:
@@ -100,7 +93,8 @@ def _headers(path: Path) -> list[tuple[Path, Any]]:
 def _header(file: Path) -> Any:
     """The attributes of a DICOM file that are needed first; None when it is none, or damaged."""
     try:
-        return read_dataset(file, stop_before_pixels=True, specific_tags=_TAGS)
+        # Without a preamble, only a file that begins like one without it: others would be read as if they were DICOM.
+        return read_dataset(file, stop_before_pixels=True, specific_tags=_TAGS, force=looks_like_dicom(file))
     except InputError as error:
         raise InputError(f"{file} {error}") from None
     except MemoryError as error:
@@ -218,7 +212,7 @@ def _enhanced_slices(file: Path, header: Any) -> list[Slice]:
     """Slices of an Enhanced CT file, from its functional groups (DICOM C.7.6.16)."""
     import pydicom
 
-    whole = _whole_file(file)
+    whole = whole_file(file)
     shared = raw_value("SharedFunctionalGroupsSequence", whole) or [pydicom.Dataset()]
     frames = raw_value("PerFrameFunctionalGroupsSequence", whole) or []
     if len(frames) != _whole(file, header, "NumberOfFrames"):
@@ -265,101 +259,6 @@ def _slice(file: Path, header: Any, place: Any, frame: int | None) -> Slice:
     axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
     size = (_whole(file, header, "Rows"), _whole(file, header, "Columns"))
     return Slice(file, numbers["ImagePositionPatient"], axes, tuple(numbers["PixelSpacing"]), size, frame)
-
-
-@native_output_logged()
-def _pixels(path: Path, slices: Sequence[Slice]) -> np.ndarray:
-    """Voxels (k, j, i) with rescale slope and intercept applied (DICOM C.11.1)."""
-    import SimpleITK as sitk
-
-    require_room(4.0 * len(slices) * slices[0].size[0] * slices[0].size[1], str(path))
-    if slices[0].frame is not None:
-        return _frame_pixels(slices)
-    for each in slices:
-        refuse_swollen(_whole_file(each.path), str(each.path))
-    reader = sitk.ImageSeriesReader()
-    reader.SetImageIO("GDCMImageIO")
-    reader.SetFileNames([str(each.path) for each in slices])
-    try:
-        image = reader.Execute()
-    except (RuntimeError, MemoryError) as error:
-        if is_out_of_memory(error):
-            raise memory_ran_out(str(path)) from error
-        file = next((each.path for each in slices if not _is_readable(each.path)), path)
-        raise InputError(
-            f"{file}: the pixels cannot be read (damaged or unknown compression): copy or export the series again."
-        ) from error
-    if image.GetNumberOfComponentsPerPixel() != 1:
-        raise InputError(
-            f"{path}: the slices are colour images, not a CT: choose another series by ct_series."
-        )
-    return sitk.GetArrayFromImage(image)
-
-
-def _is_readable(file: Path) -> bool:
-    """Whether the toolkit reads one slice by itself."""
-    import SimpleITK as sitk
-
-    try:
-        sitk.ReadImage(str(file), imageIO="GDCMImageIO")
-    except RuntimeError:
-        return False
-    return True
-
-
-def _whole_file(path: Path) -> Any:
-    """The dataset of a file whose pixels are all there; raises InputError otherwise."""
-    try:
-        whole = read_dataset(path)
-        complete_meta(whole)
-        missing = "PixelData" not in whole or not whole.PixelData
-    except MemoryError as error:
-        raise memory_ran_out(str(path)) from error
-    except InputError as error:
-        raise InputError(f"{path} {error}") from None
-    except Exception:
-        raise InputError(
-            f"{path}: the DICOM header does not say how the pixels are stored, or is damaged: export the series "
-            "again."
-        ) from None
-    if missing:
-        raise InputError(f"{path}: the file holds no pixels: export the series again.")
-    refuse_short(whole, str(path))
-    return whole
-
-
-def _frame_pixels(slices: Sequence[Slice]) -> np.ndarray:
-    """Voxels of a multi-frame file in the order of its slices."""
-    import pydicom
-    from pydicom.pixels.processing import apply_rescale
-
-    whole = _whole_file(slices[0].path)
-    refuse_swollen(whole, str(slices[0].path))
-    try:
-        frames = whole.pixel_array
-    except MemoryError as error:
-        raise memory_ran_out(str(slices[0].path)) from error
-    except Exception as error:
-        raise InputError(
-            f"{slices[0].path}: the frames cannot be decompressed: pip install pylibjpeg "
-            "pylibjpeg-libjpeg pylibjpeg-openjpeg pylibjpeg-rle, or export without compression."
-        ) from error
-    try:
-        groups = whole.PerFrameFunctionalGroupsSequence
-        shared = (whole.get("SharedFunctionalGroupsSequence") or [pydicom.Dataset()])[0]
-        voxels = []
-        for each in slices:
-            group = groups[each.frame].get("PixelValueTransformationSequence") or shared.get(
-                "PixelValueTransformationSequence"
-            )
-            voxels.append(apply_rescale(frames[each.frame], group[0] if group else whole))
-        return np.stack(voxels).astype(np.float32)
-    except MemoryError as error:
-        raise memory_ran_out(str(slices[0].path)) from error
-    except Exception as error:  # pydicom raises nearly every kind for values that are none
-        raise InputError(
-            f"{slices[0].path}: the rescale slope or intercept of its frames cannot be read: export the series again."
-        ) from error
 
 
 @contextmanager

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,13 +14,19 @@ import numpy as np
 
 from PolyPoseLib.data.shear import SHEAR_FIX
 from PolyPoseLib.errors import InputError, is_out_of_memory, memory_ran_out
-from PolyPoseLib.io.detached_data import HEADER_ENDINGS, is_in_several_files, refuse_special_data
+from PolyPoseLib.io.detached_data import (
+    HEADER_ENDINGS,
+    data_place,
+    is_in_several_files,
+    refuse_special_data,
+)
 from PolyPoseLib.io.disk_space import write_failure
 from PolyPoseLib.io.files import refuse_special_file
 from PolyPoseLib.io.guarded import LIST_LIMITS, read_in_child
 from PolyPoseLib.io.machine_memory import require_room
 from PolyPoseLib.io.native_output import native_output_logged
-from PolyPoseLib.io.nifti import NIFTI_ENDINGS, check_nifti, check_nifti_grid, pair_of
+from PolyPoseLib.io.nifti import NIFTI_ENDINGS, check_nifti, check_nifti_grid, pair_of, sheared_pose
+from PolyPoseLib.io.nrrd import NRRD_ENDINGS, in_lps_millimetres, read_frame, readable_copy
 from PolyPoseLib.io.readers import reader_for
 
 if TYPE_CHECKING:
@@ -34,6 +43,9 @@ _NEGATIVE_SPACING = re.compile(
     re.IGNORECASE | re.MULTILINE,
 )
 _HEADER_END = re.compile(rb"\n\r?\n|ElementDataFile")
+
+_SFORM_VARIABLE = "ITK_NIFTI_SFORM_PERMISSIVE"
+"""Environment variable by which the toolkit approximates an sform instead of refusing it."""
 
 _SHEAR = re.compile(r"orthonormal|shear|skew", re.IGNORECASE)
 
@@ -60,26 +72,88 @@ def read_image(path: str | Path) -> sitk.Image:
     refuse_special_data(path)
     for half in pair_of(path):
         refuse_special_file(half)
-    if is_in_several_files(path):
-        return _read_parts(path)
+    if path.name.lower().endswith(NRRD_ENDINGS):
+        return _read_nrrd(path, reader)
+    return _read_parts(path) if is_in_several_files(path) else _read_whole(path, reader)
+
+
+def _read_nrrd(path: Path, reader: sitk.ImageFileReader) -> sitk.Image:
+    """Read a NRRD file in LPS mm, whatever frame and unit it has."""
+    frame = read_frame(path)
+    if frame.to_lps is None:
+        image = _read_parts(path) if is_in_several_files(path) else _read_whole(path, reader)
+        return image if frame.millimetres == 1 else in_lps_millimetres(image, frame)
+    if _has_detached_data(path):
+        raise InputError(
+            f"{path}: its space is none of LPS, RAS and LAS, and its voxels are in another file: save it again in LPS."
+        )
+    with readable_copy(path) as copy:
+        return in_lps_millimetres(_read_whole(path, reader_for(copy)), frame)
+
+
+def _has_detached_data(path: Path) -> bool:
+    """Whether a header keeps its voxels elsewhere, or cannot be understood."""
     try:
-        reader.ReadImageInformation()
-        size = reader.GetSize()
-        if np.prod([float(n) for n in size]) * reader.GetNumberOfComponents() > MAX_VOXELS:
-            raise InputError(
-                f"{path}: {'x'.join(map(str, size))} voxels are too many to hold in memory; resample the "
-                "image to a coarser grid or crop it."
-            )
-        require_room(2 * _bytes_of(reader), str(path))
-        if path.name.lower().endswith(NIFTI_ENDINGS):
-            check_nifti(path)
-            check_nifti_grid(path)
-        _refuse_negative_spacing(path)
-        return reader.Execute()
+        return data_place(path) is not None
+    except InputError:
+        return True
+
+
+def _read_whole(path: Path, reader: sitk.ImageFileReader) -> sitk.Image:
+    """Read an image of one file, or of one header and one file, that is checked first; path: for the sentences."""
+    pose = sheared_pose(path) if path.name.lower().endswith(NIFTI_ENDINGS) else None
+    try:
+        with _any_sform() if pose is not None else nullcontext():
+            return _placed(_checked(path, reader), pose)
     except (RuntimeError, MemoryError) as error:
         if is_out_of_memory(error):
             raise memory_ran_out(str(path)) from error
         raise InputError(_read_failure(path, str(error))) from error
+
+
+def _checked(path: Path, reader: sitk.ImageFileReader) -> sitk.Image:
+    """Read an image after checks of its size and its bytes; raises the toolkit's errors, too."""
+    reader.ReadImageInformation()
+    size = reader.GetSize()
+    if np.prod([float(n) for n in size]) * reader.GetNumberOfComponents() > MAX_VOXELS:
+        raise InputError(
+            f"{path}: {'x'.join(map(str, size))} voxels are too many to hold in memory; resample the "
+            "image to a coarser grid or crop it."
+        )
+    require_room(2 * _bytes_of(reader), str(path))
+    if path.name.lower().endswith(NIFTI_ENDINGS):
+        check_nifti(path)
+        check_nifti_grid(path)
+    _refuse_negative_spacing(path)
+    return reader.Execute()
+
+
+@contextmanager
+def _any_sform() -> Iterator[None]:
+    """Let the toolkit read a NIfTI file whose only pose is a sheared sform; what it makes of it is not used."""
+    before = os.environ.get(_SFORM_VARIABLE)
+    os.environ[_SFORM_VARIABLE] = "ON"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_SFORM_VARIABLE]
+        else:
+            os.environ[_SFORM_VARIABLE] = before
+
+
+def _placed(image: sitk.Image, pose: tuple[np.ndarray, np.ndarray] | None) -> sitk.Image:
+    """The image where a sheared sform puts it: the toolkit reads perpendicular axes in its place."""
+    if pose is None or image.GetDimension() < 3:
+        return image
+    more = image.GetDimension() - 3
+    steps = np.linalg.norm(pose[0], axis=0)
+    direction = np.eye(3 + more)
+    direction[:3, :3] = pose[0] / steps
+    image.SetDirection(direction.ravel().tolist())
+    image.SetSpacing([*steps.tolist(), *image.GetSpacing()[3:]])
+    image.SetOrigin([*pose[1].tolist(), *image.GetOrigin()[3:]])
+    return image
 
 
 def _read_parts(path: Path) -> sitk.Image:

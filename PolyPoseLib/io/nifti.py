@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from PolyPoseLib.data.shear import SHEAR_FIX, SHEAR_TOLERANCE_MM, sideways_drift
+from PolyPoseLib.data.shear import SHEAR_TOLERANCE_MM, sideways_drift
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.inflation import MAX_SKIPPED_BYTES
 
@@ -80,8 +80,8 @@ def check_nifti(path: Path) -> None:
 def check_nifti_grid(path: Path) -> None:
     """Refuse a grid that the toolkit would read otherwise than it is written.
 
-    That is a spacing of 0 or NaN, for which it takes 1 mm, a unit that is not the millimetre, and an sform that is
-    sheared or scaled otherwise than the spacing, of which it uses a part at most.
+    That is a spacing of 0 or NaN, for which it takes 1 mm, a unit that is not the millimetre, and an sform of other
+    lengths than the spacing, of which it uses a part at most.
 
     Parameters
     ----------
@@ -112,24 +112,60 @@ def check_nifti_grid(path: Path) -> None:
 
 
 def _check_sform(header: Header, path: Path) -> None:
-    """Refuse an sform in the patient's space whose axes are sheared or of other lengths than the spacing.
+    """Refuse an sform in the patient's space whose axes are of other lengths than the spacing; raises InputError.
 
-    The toolkit puts the qform or pixdim in its place without a warning.  Raises InputError.
+    The toolkit puts the qform or pixdim in its place without a warning.  After gantry tilt some programs give the
+    distance of the slices' planes as spacing.
     """
     if header.axes is None or len(header.sizes) < 3:
         return
     spacing, steps = np.abs(header.spacing[:3]), np.linalg.norm(header.axes, axis=0)
-    if (np.abs(steps - spacing) > _SPACING_TOLERANCE * spacing).any():
+    agree = _are_close(steps, spacing)
+    if _is_sheared(header):
+        agree |= _are_close(1 / np.linalg.norm(np.linalg.inv(header.axes), axis=1), spacing)
+    if not agree.all():
         stated, stepped = (" x ".join(f"{each:.4g}" for each in sizes) for sizes in (spacing, steps))
         raise InputError(
             f"{path}: its voxels measure {stated} mm by its pixdim but {stepped} mm by its sform: save it again with "
             "one spacing."
         )
-    drift, degrees = sideways_drift(header.axes, header.sizes[:3])
-    if drift > SHEAR_TOLERANCE_MM:
-        raise InputError(
-            f"{path}: its axes are sheared by {degrees:.1f} degrees (gantry tilt, in its sform): {SHEAR_FIX}."
-        )
+
+
+def _are_close(steps: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """Whether lengths in mm differ by rounding alone, for each."""
+    return np.abs(steps - spacing) <= _SPACING_TOLERANCE * spacing
+
+
+def _is_sheared(header: Header) -> bool:
+    """Whether the axes of an sform in the patient's space are not perpendicular."""
+    if header.axes is None or len(header.sizes) < 3 or not np.isfinite(header.pose).all():
+        return False
+    if abs(np.linalg.det(header.axes)) < 1e-12:
+        return False
+    return sideways_drift(header.axes, header.sizes[:3])[0] > SHEAR_TOLERANCE_MM
+
+
+def sheared_pose(path: Path) -> tuple[np.ndarray, np.ndarray] | None:
+    """Where a file's sheared sform puts its voxels, which the toolkit does not read; None for any other file.
+
+    Parameters
+    ----------
+    path
+        Of the one file, or of either half.
+
+    Returns
+    -------
+    axes
+        (3, 3), in its columns the steps along (i, j, k), LPS mm.
+    origin
+        (3,) of the first voxel, LPS mm.
+
+    """
+    header = read_header(path)
+    if not _is_sheared(header):
+        return None
+    flip = np.array([-1.0, -1.0, 1.0])  # NIfTI counts to the right and to the front
+    return header.axes * flip[:, None], header.pose[-12:].reshape(3, 4)[:, 3].astype(float) * flip
 
 
 def _files(path: Path) -> tuple[Path, Path]:

@@ -1,4 +1,4 @@
-"""Slices of a CT as one straight, even grid."""
+"""Slices of a CT as one even grid, sheared where the gantry was tilted."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from PolyPoseLib.data.shear import SHEAR_FIX, SHEAR_TOLERANCE_MM
+from PolyPoseLib.data.shear import SHEAR_TOLERANCE_MM
 from PolyPoseLib.errors import InputError
 
 UNEVEN_TOLERANCE = 0.1
@@ -56,7 +56,7 @@ def sorted_slices(slices: list[Slice]) -> list[Slice]:
 
 
 def stack_affine(slices: Sequence[Slice], name: str) -> np.ndarray:
-    """Affine of sorted slices.
+    """Affine of sorted slices; after gantry tilt its third axis is not perpendicular to the others.
 
     Positions decide, not Gantry/Detector Tilt (0018,1120): scanners that correct the tilt leave that filled in.
 
@@ -75,7 +75,8 @@ def stack_affine(slices: Sequence[Slice], name: str) -> np.ndarray:
     Raises
     ------
     InputError
-        One slice, slices that differ in orientation, size or spacing, gantry tilt, missing or uneven slices.
+        One slice, slices that differ in orientation, size or spacing, missing or uneven slices, or slices
+        that are displaced sideways by different amounts.
 
     """
     if len(slices) < 2:
@@ -93,16 +94,28 @@ def stack_affine(slices: Sequence[Slice], name: str) -> np.ndarray:
     positions = np.array([each.position for each in slices])
     along = (positions - positions[0]) @ first.normal
     _check_even(along, positions[0] @ first.normal, name)
-    drift = np.linalg.norm(positions - positions[0] - along[:, None] * first.normal, axis=1).max()
-    if drift > SHEAR_TOLERANCE_MM:
-        angle = np.degrees(np.arctan2(drift, along[-1]))
-        raise InputError(f"{name}: the slices are sheared by {angle:.1f} degrees (gantry tilt): {SHEAR_FIX}.")
+    sideways = positions - positions[0] - along[:, None] * first.normal
+    step = first.normal * along[-1] / (len(slices) - 1)
+    if np.linalg.norm(sideways, axis=1).max() > SHEAR_TOLERANCE_MM:
+        _check_evenly_tilted(sideways, along, name)
+        step = step + sideways[-1] / (len(slices) - 1)
     affine = np.eye(4)
     affine[:3, 0] = first.rows_columns[0] * first.spacing[1]
     affine[:3, 1] = first.rows_columns[1] * first.spacing[0]
-    affine[:3, 2] = first.normal * along[-1] / (len(slices) - 1)
+    affine[:3, 2] = step
     affine[:3, 3] = positions[0]
     return affine
+
+
+def _check_evenly_tilted(sideways: np.ndarray, along: np.ndarray, name: str) -> None:
+    """Refuse slices that no one tilt has displaced; sideways (N, 3) and along (N,) in mm, from the first slice."""
+    apart = np.linalg.norm(sideways - np.outer(along / along[-1], sideways[-1]), axis=1)
+    worst = int(np.argmax(apart))
+    if apart[worst] > SHEAR_TOLERANCE_MM:
+        raise InputError(
+            f"{name}: slice {worst + 1} of {len(along)} lies {apart[worst]:.1f} mm beside the line of the others: "
+            "export the whole series again, or choose one by ct_series."
+        )
 
 
 def _check_even(along: np.ndarray, start: float, name: str) -> None:

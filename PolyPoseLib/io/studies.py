@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 from PolyPoseLib.data.segmentation import Segmentation
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.view_names import view_name
-from PolyPoseLib.data.volume import Volume, odd_hounsfield_values
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io import paths as study_paths
 from PolyPoseLib.io import study_schema
 from PolyPoseLib.io.label_placement import checked_structures
 from PolyPoseLib.io.segmentations import read_segmentation
 from PolyPoseLib.io.view_checks import odd_cameras, odd_views
-from PolyPoseLib.io.volumes import read_ct
+from PolyPoseLib.io.volumes import read_ct_with_warnings
 from PolyPoseLib.io.xray.read import read_xray
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
     xrays = tuple(
         _read_xray(entry, number, f'{path}: "xrays"[{number}]') for number, entry in enumerate(entries)
     )
-    ct = read_ct(ct_path, fields.get("ct_series"))
+    ct, odd_values = read_ct_with_warnings(ct_path, fields.get("ct_series"))
     segmentation = read_segmentation(labels_path)
     try:
         structures, odd_structures = checked_structures(
@@ -84,7 +84,7 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     warnings = (
-        *odd_hounsfield_values(ct, "the CT"),
+        *odd_values,
         *segmentation.warnings,
         *odd_structures,
         *same_views,

@@ -62,6 +62,24 @@ class OpenStudyTest(StudyCase):
         grid = read_volume(node.ct).grid
         np.testing.assert_allclose(grid.affine, scenes.affine(True, 20.0), atol=1e-5)
 
+    def test_a_ct_of_a_tilted_gantry_is_straight_in_the_scene(self) -> None:
+        from PolyPoseLib.io.volumes import read_volume as read_file
+        from PolyPoseLib.io.volumes import write_volume
+
+        path = self.write()
+        file = Path(path).parent / json.loads(Path(path).read_text())["ct"]
+        ct = read_file(file)
+        ct.affine[:3, 2] += 0.2 * ct.affine[:3, 1]  # in place: the slices drift down their columns
+        write_volume(ct, file)
+        node = self.logic.getParameterNode()
+        with self.assertLogs(level="WARNING") as logged:
+            open_study(path, node)
+        self.assertIn("gantry tilt", " ".join(logged.output))
+        shown = read_volume(node.ct)
+        self.assertTrue(shown.grid.is_straight())
+        self.assertGreater(shown.values.shape[1], ct.shape[1])
+        self.assertEqual(shown.values.shape[0], ct.shape[0])
+
     def test_written_again_it_is_the_same_study(self) -> None:
         path = self.write()
         first = json.loads(Path(path).read_text())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import colorsys
 import json
+import logging
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -52,13 +53,17 @@ def open_study(
         The study cannot be read; nothing was added to the scene.
 
     """
+    from PolyPoseLib.data.volume import AIR_HU
     from PolyPoseLib.io import study_schema
     from PolyPoseLib.io.segmentations import read_segmentation
-    from PolyPoseLib.io.volumes import read_volume
+    from PolyPoseLib.io.volumes import read_volume, without_tilt
 
     path = Path(path)
     fields = study_schema.read(path)
-    ct = read_volume(path.parent / fields["ct"], fields.get("ct_series"))
+    ct_path = path.parent / fields["ct"]
+    ct, warnings = without_tilt(read_volume(ct_path, fields.get("ct_series")), ct_path, AIR_HU)
+    for warning in warnings:
+        logging.warning(warning)
     segmentation = read_segmentation(path.parent / fields["segmentation"])
     images = [_read_image(path.parent / each["image"], each) for each in fields["xrays"]]
     ct_node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLScalarVolumeNode", "CT")

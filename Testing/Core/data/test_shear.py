@@ -1,4 +1,4 @@
-"""Grids whose axes are not perpendicular: gantry tilt is refused in every format, rounding is corrected."""
+"""Grids whose axes are not perpendicular: gantry tilt is resampled away in every format, rounding is corrected."""
 
 import struct
 
@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 from PolyPoseLib.data.shear import SHEAR_TOLERANCE_MM, sideways_drift, straightened
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.segmentations import read_segmentation
-from PolyPoseLib.io.volumes import read_ct, read_volume, write_volume
+from PolyPoseLib.io.volumes import read_ct, read_ct_with_warnings, read_volume, write_volume
 
 SIZES = (8, 7, 6)
 TILTS = [1.0, 5.0, 20.0]
@@ -57,19 +56,32 @@ def write(path, axes, qform=1, sform=1):
 
 @pytest.mark.parametrize("degrees", TILTS)
 @pytest.mark.parametrize("name", ["ct.nii", "ct.hdr", "ct.nrrd", "ct.mha"])
-def test_a_tilted_ct_is_refused(tmp_path, name, degrees):
-    with pytest.raises(InputError, match=f"sheared by {degrees:.1f} degrees .*resample the CT") as error:
-        read_ct(write(tmp_path / name, tilted(degrees)))
+def test_a_tilted_ct_is_made_straight_with_a_warning(tmp_path, name, degrees):
+    ct, warnings = read_ct_with_warnings(write(tmp_path / name, tilted(degrees, (19.0, 19.0, 19.0))))
+    directions = ct.affine[:3, :3] / ct.spacing
+    assert np.allclose(directions.T @ directions, np.eye(3), atol=1e-9)
+    assert np.allclose(ct.spacing, [19, 19, 19 * np.cos(np.radians(degrees))], rtol=1e-6)
+    assert any(f"tilted by {degrees:.1f} degrees" in each for each in warnings)
+
+
+@pytest.mark.parametrize("name", ["ct.nii", "ct.nrrd", "ct.mha"])
+def test_no_gantry_tilts_so_far(tmp_path, name):
+    with pytest.raises(InputError, match=r"sheared by 50\.0 degrees, .* resample the CT") as error:
+        read_ct(write(tmp_path / name, tilted(50.0, (9.0, 19.0, 19.0))))
     assert name in str(error.value) and "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize(("qform", "sform"), [(1, 1), (1, 2), (2, 1), (0, 1), (0, 2)])
-def test_a_tilted_nifti_is_refused_whatever_else_places_it(tmp_path, qform, sform):
-    """The toolkit takes the qform in the place of an sform that is sheared, and drops the tilt in silence."""
+@pytest.mark.parametrize("is_distance", [False, True])
+def test_a_tilted_nifti_is_placed_by_its_sform(tmp_path, qform, sform, is_distance):
+    """The toolkit takes other axes in its place; as pixdim some give the slices' distance, not the axis' length."""
     path = write(tmp_path / "ct.nii", tilted(10.0), qform, sform)
-    for read in (read_ct, read_volume, read_segmentation):
-        with pytest.raises(InputError, match="sheared"):
-            read(path)
+    if is_distance:
+        head = bytearray(path.read_bytes())
+        struct.pack_into("<f", head, 88, 20 * np.cos(np.radians(10.0)))
+        path.write_bytes(head)
+    assert np.allclose(read_volume(path).affine[:3, :3], tilted(10.0), atol=1e-4)
+    assert np.array_equal(read_volume(path).voxels, voxels())
 
 
 @pytest.mark.parametrize("sform", [3, 4])

@@ -3,62 +3,14 @@
 import numpy as np
 import pydicom
 import pytest
-from pydicom.dataset import Dataset, FileMetaDataset
-from pydicom.uid import CTImageStorage, EnhancedCTImageStorage, ExplicitVRLittleEndian, generate_uid
+from dicom_stack import SHAPE, header, stack, write_stack
+from pydicom.dataset import Dataset
+from pydicom.uid import EnhancedCTImageStorage, generate_uid
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.volumes import read_ct, read_volume
 
-SHAPE = (8, 5, 6)
 AXES = ([1, 0, 0, 0, 1, 0], [0.8, 0.6, 0, -0.6, 0.8, 0], [1, 0, 0, 0, 0, -1], [-1, 0, 0, 0, 1, 0])
-
-
-def header(uid, sop, rows=SHAPE[1], columns=SHAPE[2]) -> Dataset:
-    """What every image file needs."""
-    file = Dataset()
-    file.file_meta = FileMetaDataset()
-    file.file_meta.TransferSyntaxUID = ExplicitVRLittleEndian
-    file.file_meta.MediaStorageSOPClassUID = file.SOPClassUID = sop
-    file.file_meta.MediaStorageSOPInstanceUID = file.SOPInstanceUID = generate_uid()
-    file.SeriesInstanceUID, file.StudyInstanceUID = uid, generate_uid()
-    file.FrameOfReferenceUID = generate_uid()
-    file.PatientName, file.PatientID = "Nobody^Nowhere", "0"
-    file.Modality = "CT"
-    file.Rows, file.Columns = rows, columns
-    file.SamplesPerPixel, file.PhotometricInterpretation = 1, "MONOCHROME2"
-    file.BitsAllocated, file.BitsStored, file.HighBit, file.PixelRepresentation = 16, 16, 15, 0
-    return file
-
-
-def write_stack(folder, voxels, axes=AXES[0], step=2.5, positions=None, uid=None, number=4, **tags):
-    """One file a slice, named so that alphabetical order is wrong; returns the slices' normal."""
-    folder.mkdir(exist_ok=True)
-    uid = uid or generate_uid()
-    normal = np.cross(axes[:3], axes[3:])
-    positions = (
-        positions
-        if positions is not None
-        else [np.array([10, -20, 30]) + n * step * normal for n in range(len(voxels))]
-    )
-    order = np.random.default_rng(0).permutation(len(voxels))
-    for name, n in enumerate(order):
-        file = header(uid, CTImageStorage)
-        file.SeriesNumber, file.SeriesDescription, file.InstanceNumber = number, "thin", int(n) + 1
-        file.ImagePositionPatient = [float(value) for value in positions[n]]
-        file.ImageOrientationPatient, file.PixelSpacing = list(axes), [0.7, 0.9]
-        file.RescaleSlope, file.RescaleIntercept = 1, -1024
-        file.PixelData = (voxels[n] + 1024).astype("<u2").tobytes()
-        for tag, value in tags.items():
-            setattr(file, tag, value)
-        file.save_as(folder / f"{number}_{name:03d}.dcm", enforce_file_format=True)
-    return normal
-
-
-def stack(seed=0):
-    """Voxels like a CT's."""
-    voxels = np.random.default_rng(seed).integers(-1000, 1500, SHAPE)
-    voxels.flat[:2] = -1000, 1500
-    return voxels
 
 
 @pytest.mark.parametrize("axes", AXES)
@@ -73,13 +25,24 @@ def test_slices_are_sorted_by_position(tmp_path, axes):
     assert np.allclose(ct.affine[:3, 3], [10, -20, 30])
 
 
-def test_gantry_tilt_is_refused_but_a_filled_in_angle_is_not(tmp_path):
-    tilted = [np.array([0, 0.2 * n, 2.5 * n]) for n in range(SHAPE[0])]
-    write_stack(tmp_path / "tilted", stack(), positions=tilted)
-    with pytest.raises(InputError, match=r"4\.6 degrees \(gantry tilt\)"):
-        read_volume(tmp_path / "tilted")
-    write_stack(tmp_path / "straight", stack(), GantryDetectorTilt=15)
-    assert read_volume(tmp_path / "straight").shape == SHAPE
+def test_gantry_tilt_is_in_the_affine_and_a_filled_in_angle_is_not(tmp_path):
+    voxels = stack()
+    write_stack(
+        tmp_path / "tilted", voxels, positions=[np.array([0, 0.2 * n, 2.5 * n]) for n in range(SHAPE[0])]
+    )
+    tilted = read_volume(tmp_path / "tilted")
+    assert np.array_equal(tilted.voxels, voxels)
+    assert np.allclose(tilted.affine[:3, 2], [0, 0.2, 2.5], atol=1e-6)
+    write_stack(tmp_path / "straight", voxels, GantryDetectorTilt=15)
+    assert np.allclose(read_volume(tmp_path / "straight").affine[:3, 2], [0, 0, 2.5], atol=1e-6)
+
+
+def test_slices_that_no_tilt_displaced_are_refused_and_named(tmp_path):
+    positions = [np.array([0, 0.2 * n, 2.5 * n]) for n in range(SHAPE[0])]
+    positions[3] = positions[3] + [0, 2.0, 0]
+    write_stack(tmp_path / "ct", stack(), positions=positions)
+    with pytest.raises(InputError, match=r"slice 4 of 8 lies 2\.0 mm beside the line of the others"):
+        read_volume(tmp_path / "ct")
 
 
 def test_missing_uneven_and_repeated_slices_are_refused(tmp_path):
