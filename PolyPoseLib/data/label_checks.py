@@ -31,10 +31,12 @@ wrong ones at most 0.71 and 0.97.  One or two bones may by chance fit better els
 CERTAIN = 12.0
 """How far the best place must stand out from chance, in standard deviations: noise reaches 6, bones 40 to 580."""
 
-TOO_SMALL = 0.75
-"""Labels are too small to tell when the best fit does not fall below this share as they are thickened.
+TOO_SMALL, CLEARLY_LARGER, FROM_CHANCE = 0.75, 0.4, 75.0
+"""Labels may be too small to tell when the best fit does not fall below the first share as they are thickened.
 
-Labels that are 6 mm too small keep 0.9 to 1.2 of it, others 0.2 to 0.6.
+Below the second share they are not; between both, the best fit must stand out from chance by so many standard
+deviations.  Labels that are 6 mm too small keep 0.55 to 1.2 and stand out by 17 to 66; others keep 0.2 to 0.6, and
+wrong ones of three or more structures stand out by 87 to 580.
 """
 
 BESIDE_SHARE = 0.7
@@ -86,7 +88,7 @@ def judge_labels(ct: Volume, structures: Structures) -> LabelVerdict:
     if (
         fit.own < plain_share * fit.best
         and grown.own < grown_share * grown.best
-        and grown.best < TOO_SMALL * fit.best
+        and _is_large_enough(fit, grown)
         and 2 * beside > count
     ):
         place = _place(ct, fit)
@@ -132,6 +134,13 @@ def _sentence(name: str, place: str = "") -> str:
         f'Structure "{name}" is hardly denser than what surrounds it{hint}: check that its labels are '
         "those of a bone of this CT."
     )
+
+
+def _is_large_enough(fit: LabelFit, grown: LabelFit) -> bool:
+    """Whether a bad fit cannot come from labels that are too small."""
+    if fit.best > FROM_CHANCE * fit.noise:
+        return grown.best < TOO_SMALL * fit.best
+    return grown.best < CLEARLY_LARGER * fit.best
 
 
 def _place(ct: Volume, fit: LabelFit) -> str:

@@ -101,6 +101,13 @@ def test_labels_beside_bone_are_refused_with_the_place_where_they_fit(labels, wo
         check_labels(ct, Structures(NAMES, np.ascontiguousarray(labels)))
 
 
+@pytest.mark.parametrize("bones", [(1, 2, 3), (1, 3, 4), (2, 3, 4)])
+def test_labels_far_too_small_are_not_refused(bones):
+    small = resized(binary_erosion, 2)
+    labels = np.select([small == number for number in bones], [1, 2, 3]).astype(np.int16)
+    assert check_labels(CT, Structures(NAMES[:3], labels)) == ()
+
+
 def test_a_structure_of_soft_tissue_is_named():
     labels = np.where(LABELS == 4, 0, LABELS)
     labels[ellipsoid((12, 30, 42), (5, 5, 4)) & (labels == 0)] = 4
