@@ -40,7 +40,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--sample", choices=tuple(SAMPLES), help="use a public CT instead of the next three arguments"
     )
     parser.add_argument("--ct", type=Path, metavar="FILE", help="CT in Hounsfield units")
-    parser.add_argument("--segmentation", type=Path, metavar="FILE", help="label map, or folder of masks")
+    parser.add_argument(
+        "--segmentation",
+        type=Path,
+        metavar="FILE",
+        help="label map, folder of masks, or DICOM SEG or RTSTRUCT",
+    )
     parser.add_argument(
         "--structures",
         type=Path,
@@ -257,13 +262,13 @@ def simulate(
     )
 
     ct = read_ct(ct_path)
-    segmentation = read_segmentation(labels_path)
+    segmentation = read_segmentation(labels_path, ct)
     if segmentation.has_layers:
         raise InputError(f"{labels_path}: the segmentation has overlapping layers: export it as a label map.")
     groups, anchor, table = grouping
     if not segmentation.numbered and table is None:
         raise InputError(
-            f"{labels_path}: a folder of masks has names only: add the label_table that has them to the "
+            f"{labels_path}: its labels have names only: add the label_table that has them to the "
             "structures' JSON file."
         )
     segmentation = segmentation.renumbered(label_table(table) if table else {})

@@ -21,7 +21,11 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "propose structures and an anchor from a segmentation's labels",
         "labels.nii.gz --label-table totalsegmentator_v2",
     )
-    parser.add_argument("segmentation", type=Path, help="label map, .seg.nrrd with names, or folder of masks")
+    parser.add_argument(
+        "segmentation",
+        type=Path,
+        help="label map, .seg.nrrd with names, folder of masks, or DICOM SEG or RTSTRUCT",
+    )
     parser.add_argument(
         "--label-table", choices=TABLES, help="label table whose numbers a plain label map holds"
     )

@@ -42,7 +42,8 @@ class Segmentation:
     source
         Name for messages.
     numbered
-        Whether people know the labels by their numbers; those of a folder of masks they know by its files' names alone.
+        Whether people know the labels by their numbers; those of a folder of
+        masks, a DICOM SEG or an RTSTRUCT they know by name alone.
     warnings
         What was odd but not wrong.
 
@@ -162,8 +163,8 @@ class Segmentation:
         """The pair of a label number that exactly one layer holds."""
         if not self.numbered:
             raise InputError(
-                f'{self.source}: structure "{structure}" lists the number {label}, but a folder of masks has none: '
-                'list the names of its files, or say by "label_table" whose numbers they are.'
+                f'{self.source}: structure "{structure}" lists the number {label}, but its labels have names only: '
+                'list the names of its files or segments, or say by "label_table" whose numbers they are.'
             )
         layers = [n for n in range(len(self.layers)) if label in self.labels_present(n)]
         if len(layers) == 1:

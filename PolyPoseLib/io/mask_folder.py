@@ -6,13 +6,11 @@ import os
 from itertools import islice
 from pathlib import Path
 
-import numpy as np
-
-from PolyPoseLib.data.label_names import TABLES, label_table
-from PolyPoseLib.data.segmentation import Segment, Segmentation
+from PolyPoseLib.data.segmentation import Segmentation
 from PolyPoseLib.data.volume import Volume
-from PolyPoseLib.errors import InputError, cut
+from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.images import read_scalar_image
+from PolyPoseLib.io.label_merge import LabelMerge
 
 MAX_MASKS = 500
 """More are refused: TotalSegmentator writes 117, and a study may have a thousand structures of several labels."""
@@ -22,9 +20,6 @@ MAX_ENTRIES = 20_000
 
 _ENDINGS = (".nii.gz", ".nii", ".nrrd", ".mha")
 """Of masks; other files in the folder, such as statistics and pictures, are passed over."""
-
-_SHOWN_PAIRS = 4
-_PREFERRED_TABLES = sorted(TABLES, key=lambda table: table != "totalsegmentator_v2")
 
 
 def is_mask_folder(path: Path) -> bool:
@@ -56,31 +51,20 @@ def read_mask_folder(path: Path) -> Segmentation:
             f"{path}: it holds {len(files)} images: give a folder with at most {MAX_MASKS} masks."
         )
     names = sorted(files)
-    numbers = _numbers(names)
-    labels: np.ndarray | None = None
+    merge: LabelMerge | None = None
     grid: Volume | None = None
-    counts = np.zeros(max(numbers) + 1, np.int64)
-    shared: dict[tuple[int, int], int] = {}
-    for name, number in zip(names, numbers, strict=True):
+    for which, name in enumerate(names):
         mask = _read_mask(files[name])
-        if grid is None or labels is None:
-            labels = np.zeros(mask.shape, np.int16)
-            grid = Volume(labels, mask.affine)
+        if grid is None or merge is None:
+            merge, grid = LabelMerge(names, mask.shape), mask
         elif not mask.same_grid(grid):
             raise InputError(
                 f"{files[name]}: it is on another grid than {files[names[0]].name}: give masks of one scan, "
                 "all resampled to one grid."
             )
-        _add(labels, mask.voxels > 0, number, counts, shared)
-    assert grid is not None
-    known = dict(zip(numbers, names, strict=True))
-    return Segmentation(
-        (grid,),
-        tuple(Segment(name, name, 0, number) for number, name in known.items()),
-        str(path),
-        numbered=False,
-        warnings=_overlaps(shared, known),
-    )
+        merge.add(which, mask.voxels > 0)
+    assert grid is not None and merge is not None
+    return merge.segmentation(grid.affine, str(path))
 
 
 def _masks(path: Path) -> dict[str, Path]:
@@ -103,15 +87,6 @@ def _masks(path: Path) -> dict[str, Path]:
     return files
 
 
-def _numbers(names: list[str]) -> list[int]:
-    """A label for every name."""
-    for table in _PREFERRED_TABLES:
-        known = {name: number for number, name in label_table(table).items()}
-        if all(name in known for name in names):
-            return [known[name] for name in names]
-    return list(range(1, len(names) + 1))
-
-
 def _read_mask(path: Path) -> Volume:
     """A volume that is 0 outside; raises InputError for any that has several other values."""
     image = read_scalar_image(path)
@@ -126,32 +101,3 @@ def _read_mask(path: Path) -> Volume:
             "give a label map by its own name, and remove other images from the folder."
         )
     return volume
-
-
-def _add(
-    labels: np.ndarray, mask: np.ndarray, number: int, counts: np.ndarray, shared: dict[tuple[int, int], int]
-) -> None:
-    """Add one mask to the labels in place; what two masks claim goes to the smaller one, then to the one before."""
-    counts[number] = np.count_nonzero(mask)
-    before = np.where(mask, labels, 0)
-    there = np.flatnonzero(before)
-    if there.size:
-        owners = before.ravel()[there]
-        for owner, voxels in zip(*np.unique(owners, return_counts=True), strict=True):
-            shared[int(owner), number] = shared.get((int(owner), number), 0) + int(voxels)
-        mask = mask.copy()
-        mask.ravel()[there[counts[owners] <= counts[number]]] = False
-    labels[mask] = number
-
-
-def _overlaps(shared: dict[tuple[int, int], int], names: dict[int, str]) -> tuple[str, ...]:
-    """A warning about masks that overlap, the largest overlaps first."""
-    if not shared:
-        return ()
-    pairs = sorted(shared, key=lambda pair: (-shared[pair], pair))
-    shown = "; ".join(
-        f"{cut(names[first], 60)} and {cut(names[second], 60)} in {shared[first, second]} voxels"
-        for first, second in pairs[:_SHOWN_PAIRS]
-    )
-    more = "; ..." if len(pairs) > _SHOWN_PAIRS else ""
-    return (f"Masks of the segmentation overlap ({shown}{more}); each voxel was given to the smaller one.",)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from PolyPoseLib.data.segmentation import Segment, Segmentation
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.dicom_segments import find_dicom_segmentation, read_dicom_segmentation
 from PolyPoseLib.io.images import read_image
 from PolyPoseLib.io.mask_folder import is_mask_folder, read_mask_folder
 from PolyPoseLib.io.volumes import read_volume
@@ -22,13 +23,16 @@ _SLICER_ENDINGS = (".nrrd", ".nhdr")
 _SEGMENT_FIELD = re.compile(r"^Segment([0-9]{1,9})_(ID|Name|LabelValue|Layer)$")
 
 
-def read_segmentation(path: str | Path) -> Segmentation:
-    """Read a label map, a .seg.nrrd, or a folder of one mask per structure.
+def read_segmentation(path: str | Path, reference: Volume | None = None) -> Segmentation:
+    """Read a label map, a .seg.nrrd, a DICOM SEG or RTSTRUCT, or a folder of one mask per structure.
 
     Parameters
     ----------
     path
-        A file, a folder of masks, or a folder of DICOM slices.
+        A file, a folder of masks, or a folder of DICOM: one SEG or RTSTRUCT, beside its CT perhaps, or slices
+        of labels.
+    reference
+        The CT, on whose grid the contours of an RTSTRUCT are filled; on one of their own, without it.
 
     Raises
     ------
@@ -39,6 +43,9 @@ def read_segmentation(path: str | Path) -> Segmentation:
     path = Path(path)
     if is_mask_folder(path):
         return read_mask_folder(path)
+    found = find_dicom_segmentation(path)
+    if found:
+        return read_dicom_segmentation(*found, reference)
     if path.name.lower().endswith(_SLICER_ENDINGS) and not path.is_dir():
         image = read_image(path)
         fields = _segment_fields(image)

@@ -101,7 +101,7 @@ def _slice_pixels(each: Slice) -> np.ndarray:
         is_inverted = raw_value("PhotometricInterpretation", whole) == "MONOCHROME1"
         pixels = None if is_inverted else _toolkit_pixels(each.path)
         if pixels is None:
-            pixels = _rescaled(_decompressed(whole, each.path), rescale)
+            pixels = _rescaled(decompressed(whole, each.path), rescale)
     if pixels.shape != each.size:
         raise _unreadable(each.path)
     return _with_padding_as_air(pixels, whole, rescale)
@@ -136,7 +136,7 @@ def _without_overlays(stored: np.ndarray, whole: Any) -> np.ndarray:
     return stored << (bits - 1 - high) >> (bits - used)
 
 
-def _decompressed(whole: Any, path: Path) -> np.ndarray:
+def decompressed(whole: Any, path: Path) -> np.ndarray:
     """Stored values of compressed pixels, one frame or all."""
     from pydicom.uid import RLELossless
 
@@ -242,7 +242,7 @@ def _frame_pixels(slices: Sequence[Slice]) -> np.ndarray:
     path = slices[0].path
     whole = whole_file(path)
     refuse_swollen(whole, str(path))
-    frames = _decompressed(whole, path)
+    frames = decompressed(whole, path)
     keyword = "PixelValueTransformationSequence"
     groups = whole.PerFrameFunctionalGroupsSequence
     shared = (whole.get("SharedFunctionalGroupsSequence") or [pydicom.Dataset()])[0]

@@ -14,6 +14,7 @@ from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io import paths as study_paths
 from PolyPoseLib.io import study_schema
+from PolyPoseLib.io.frame_of_reference import other_frame_warnings
 from PolyPoseLib.io.label_placement import checked_structures
 from PolyPoseLib.io.segmentations import read_segmentation
 from PolyPoseLib.io.view_checks import odd_cameras, odd_views
@@ -71,7 +72,7 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
         _read_xray(entry, number, f'{path}: "xrays"[{number}]') for number, entry in enumerate(entries)
     )
     ct, odd_values = read_ct_with_warnings(ct_path, fields.get("ct_series"))
-    segmentation = read_segmentation(labels_path)
+    segmentation = read_segmentation(labels_path, ct)
     try:
         structures, odd_structures = checked_structures(
             segmentation, fields["structures"], ct, fields.get("label_table"), fields["anchor"]
@@ -86,6 +87,7 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
     warnings = (
         *odd_values,
         *segmentation.warnings,
+        *other_frame_warnings(labels_path, ct_path),
         *odd_structures,
         *same_views,
         *cameras,

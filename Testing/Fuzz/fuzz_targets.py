@@ -18,6 +18,7 @@ from pydicom.dataset import Dataset
 from pydicom.sequence import Sequence
 from pydicom.uid import DeflatedExplicitVRLittleEndian, RLELossless
 from result_case import make_result
+from segment_files import saved, seg_dataset, structure_set
 from xray_samples import dataset, random_pixels, save
 
 from PolyPoseLib.data.study import Study
@@ -185,6 +186,22 @@ def _deflate(body: bytes) -> bytes:
     return deflate.compress(body) + deflate.flush()
 
 
+def dicom_segments(folder: Path) -> list[Subject]:
+    labels = np.random.default_rng(0).integers(0, 3, (4, 5, 6))
+    masks = {"pelvis": labels == 1, "femur": labels == 2}
+    affine = np.diag([1.0, 2.0, 3.0, 1.0])
+    kinds = ("BINARY", "FRACTIONAL", "LABELMAP")
+    paths = [saved(seg_dataset(masks, affine, kind), folder / f"{kind}.dcm") for kind in kinds]
+    square = np.array([[0.5, 0.5, 0], [4.5, 0.5, 0], [4.5, 6.5, 0], [0.5, 6.5, 0]])
+    contours = {"pelvis": [np.add(square, [0, 0, 3 * k]) for k in range(3)], "femur": [square / 2]}
+    drawn = saved(structure_set(contours), folder / "rs.dcm")
+    ct = Volume(np.zeros((4, 5, 6), np.int16), affine)
+    return [
+        *(_subject(path, read_segmentation) for path in (*paths, drawn)),
+        _subject(drawn, lambda path: read_segmentation(path, ct)),
+    ]
+
+
 def dicom_xray(folder: Path) -> list[Subject]:
     lut = Dataset()
     lut.add_new("LUTDescriptor", "US", [4096, 0, 16])
@@ -316,7 +333,8 @@ def camera_model(folder: Path) -> list[Subject]:
 TARGETS: dict[str, Callable[[Path], list[Subject]]] = {
     each.__name__: each
     for each in (
-        nrrd, metaimage, nifti, dicom_ct, dicom_xray, picture, calibration, landmarks, study, result, transform,
+        nrrd, metaimage, nifti, dicom_ct, dicom_segments,
+        dicom_xray, picture, calibration, landmarks, study, result, transform,
         camera_model,
     )
 }  # fmt: skip

@@ -64,7 +64,7 @@ def open_study(
     ct, warnings = without_tilt(read_volume(ct_path, fields.get("ct_series")), ct_path, AIR_HU)
     for warning in warnings:
         logging.warning(warning)
-    segmentation = read_segmentation(path.parent / fields["segmentation"])
+    segmentation = read_segmentation(path.parent / fields["segmentation"], ct)
     images = [_read_image(path.parent / each["image"], each) for each in fields["xrays"]]
     ct_node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLScalarVolumeNode", "CT")
     set_volume(ct_node, ct.voxels, flip_affine(ct.affine), BONE_WINDOW_LEVEL)
