@@ -11,7 +11,9 @@ from PolyPoseLib.data.segmentation import Segmentation
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError, memory_ran_out
 from PolyPoseLib.io.dicom import looks_like_dicom, quiet_pydicom, raw_value, read_dataset
+from PolyPoseLib.io.dicom_items import refuse_many_items
 from PolyPoseLib.io.dicom_seg import read_seg
+from PolyPoseLib.io.machine_memory import require_room
 from PolyPoseLib.io.rtstruct import read_rtstruct
 
 MAX_FILES = 20_000
@@ -92,6 +94,8 @@ def read_dicom_segmentation(path: Path, kind: str, reference: Volume | None) -> 
         The file is damaged, too large, or of a kind that is not read; the sentence names it and the fix.
 
     """
+    refuse_many_items(path)
+    require_room(float(path.stat().st_size), str(path))
     with quiet_pydicom():
         try:
             return read_seg(path) if kind == "SEG" else read_rtstruct(path, reference)

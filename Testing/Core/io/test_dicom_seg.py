@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dicom_stack import write_stack
 from pydicom.sequence import Sequence
-from pydicom.uid import RLELossless
+from pydicom.uid import DeflatedExplicitVRLittleEndian, ExplicitVRLittleEndian, RLELossless
 from segment_files import item, random_affine, saved, seg_dataset, text
 from small_study import write_small_study
 
@@ -14,7 +14,7 @@ from PolyPoseLib.__main__ import main
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io import dicom_seg
+from PolyPoseLib.io import dicom_items, dicom_seg
 from PolyPoseLib.io.segmentations import read_segmentation
 from PolyPoseLib.io.volumes import read_volume
 
@@ -220,6 +220,16 @@ def test_grids_beyond_the_bound_are_refused_before_they_are_made(tmp_path, monke
     monkeypatch.setattr(dicom_seg, "MAX_VOXELS", np.prod(SHAPE) - 1)
     with pytest.raises(InputError, match="too much"):
         read_segmentation(saved(seg_dataset({"a": np.ones(SHAPE, bool)}, np.eye(4)), tmp_path / "seg.dcm"))
+
+
+@pytest.mark.parametrize("syntax", [ExplicitVRLittleEndian, DeflatedExplicitVRLittleEndian])
+def test_files_of_very_many_items_are_refused_before_they_are_parsed(tmp_path, monkeypatch, syntax):
+    whole = seg_dataset({"a": np.ones(SHAPE, bool)}, np.eye(4))
+    whole.file_meta.TransferSyntaxUID = syntax
+    assert read_segmentation(saved(whole, tmp_path / "seg.dcm")).segments
+    monkeypatch.setattr(dicom_items, "MAX_ITEMS", 20)
+    with pytest.raises(InputError, match="more than 20 items"):
+        read_segmentation(tmp_path / "seg.dcm")
 
 
 def test_names_are_shown_on_one_line_and_never_commanding(tmp_path):
