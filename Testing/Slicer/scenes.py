@@ -87,8 +87,10 @@ def add_segmentation(ct: slicer.vtkMRMLScalarVolumeNode) -> slicer.vtkMRMLSegmen
 
 
 def add_xray(name: str = "AP", size: tuple[int, int] = (40, 30)) -> slicer.vtkMRMLScalarVolumeNode:
-    """An X-ray of (rows, columns) as a volume node of one slice, 2 mm pixels."""
+    """An X-ray of (rows, columns) as a volume node of one slice, 2 mm pixels; each name has its own picture."""
     image = np.arange(size[0] * size[1], dtype=np.float32).reshape(1, *size) / 400
+    if name != "AP":
+        image = image + np.random.default_rng(len(name)).random(image.shape, np.float32)
     node = slicer.util.addVolumeFromArray(image, name=name)
     node.SetSpacing(2.0, 2.0, 1.0)
     return node
