@@ -16,7 +16,12 @@ from PolyPoseLib.data.study import Study
 from PolyPoseLib.io.machine_memory import require_memory
 from PolyPoseLib.io.transforms import preview_writer
 from PolyPoseLib.registration.bones.joint import fit_structures
-from PolyPoseLib.registration.bones.rejection import inconsistency_warnings, inconsistent_structures
+from PolyPoseLib.registration.bones.rejection import (
+    inconsistency_warnings,
+    inconsistent_structures,
+    reasons_against_most,
+)
+from PolyPoseLib.registration.cameras.certainty import CameraVerdict, judge_cameras
 from PolyPoseLib.registration.cameras.initial import Regressor
 from PolyPoseLib.registration.cameras.multistart import RefinedCamera, find_camera_near
 from PolyPoseLib.registration.cameras.study import (
@@ -28,10 +33,16 @@ from PolyPoseLib.registration.cameras.study import (
 from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.fit.problem import JointResult
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
+from PolyPoseLib.registration.magnification import (
+    at_true_size,
+    field_at_true_size,
+    magnification_of,
+    magnified,
+)
 from PolyPoseLib.registration.memory import needed_memory
 from PolyPoseLib.registration.outputs import TRANSFORM_MM, Warped, render_views, warp_study
 from PolyPoseLib.registration.presets import PRESETS, Preset
-from PolyPoseLib.registration.run import Run
+from PolyPoseLib.registration.run import Preview, Run
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.checks import (
     ViewScores,
@@ -73,15 +84,25 @@ def register(
     """
     options = Options.from_dict(study.options)
     monitor = Monitor(progress, cancel)
+    factor = 1.0
+    if options.preset != "paper" and options.camera_model is None:  # a model knows the patient's own size
+        factor = magnification_of(study)
+    if factor == 1.0:
+        return _register(study, options, monitor, factor)
+    return at_true_size(_register(magnified(study, factor), options, monitor, factor), factor)
+
+
+def _register(study: Study, options: Options, monitor: Monitor, magnification: float) -> Result:
+    """Register a study that is so many times larger than the patient."""
     device = resolve_device(options.device)
     backend = select_backend(options.kernel, device, options.threads)
     require_memory(needed_memory(study, options), "The registration")
     preset = PRESETS[options.preset]
-    preview = preview_writer(Path(options.preview)) if options.preview else None
+    preview = _preview(options, magnification)
     monitor.step("preparing", 0, 1, None)
     with monitor.timed("preparing"):
-        soft_tissue = _soft_tissue(Scene(study.ct, study.structures, study.anchor), options, preset)
-    run = Run(soft_tissue, backend, monitor, preview=preview)
+        soft_tissue = _soft_tissue(study, options, preset, magnification)
+    run = Run(soft_tissue, backend, monitor, preview=preview, magnification=magnification)
     method = _method(study, options, preset, run)
     stage = CameraStage(
         method.refine_camera,
@@ -98,9 +119,10 @@ def register(
     with monitor.timed("scoring"):
         after = score_views(run, final, joint.poses)
         inconsistent = inconsistent_structures(run, final, joint.poses)
+        verdict = judge_cameras(run, [xray.name for xray in study.xrays], final, cameras.uncertain)
     with monitor.timed("uncertainty"):
         uncertainties = _uncertainties(run, joint, inconsistent) if options.uncertainty else {}
-    fitted = _Fitted(cameras, joint, before, after, inconsistent, uncertainties)
+    fitted = _Fitted(cameras, joint, before, after, inconsistent, uncertainties, verdict)
     return _result(study, options, run, fitted, device)
 
 
@@ -126,7 +148,7 @@ def _method(study: Study, options: Options, preset: Preset, run: Run) -> _Method
     if options.preset == "paper":
 
         def refine_published(
-            run: Run, observation: Observation, source_to_detector_mm: float
+            run: Run, observation: Observation, source_to_detector_mm: float, search: bool
         ) -> RefinedCamera:
             camera = find_camera_by_anchor(run, study.ct, observation)
             return RefinedCamera(camera, float("nan"), reliable=True)
@@ -136,8 +158,10 @@ def _method(study: Study, options: Options, preset: Preset, run: Run) -> _Method
 
         return _Method(refine_published, fit_published)
 
-    def refine(run: Run, observation: Observation, source_to_detector_mm: float) -> RefinedCamera:
-        return find_camera_near(run, observation, preset.camera_levels, source_to_detector_mm)
+    def refine(
+        run: Run, observation: Observation, source_to_detector_mm: float, search: bool
+    ) -> RefinedCamera:
+        return find_camera_near(run, observation, preset.camera_levels, source_to_detector_mm, search)
 
     def fit(cameras: StudyCameras) -> JointResult:
         return fit_structures(run, cameras.refined, run.scene.rest_poses, cameras.free, preset.joint)
@@ -145,13 +169,21 @@ def _method(study: Study, options: Options, preset: Preset, run: Run) -> _Method
     return _Method(refine, fit)
 
 
-def _soft_tissue(scene: Scene, options: Options, preset: Preset) -> SoftTissue:
+def _preview(options: Options, magnification: float) -> Preview | None:
+    if options.preview is None:
+        return None
+    write = preview_writer(Path(options.preview))
+    return write if magnification == 1 else lambda field: write(field_at_true_size(field, magnification))
+
+
+def _soft_tissue(study: Study, options: Options, preset: Preset, magnification: float) -> SoftTissue:
+    reach = options.rotation_reach_mm
     return SoftTissue(
-        scene,
+        Scene(study.ct, study.structures, study.anchor),
         options.weight_frame or preset.weight_frame,
         options.weights or preset.weights,
         options.epsilon or 0.1,
-        options.rotation_reach_mm or preset.rotation_reach_mm,
+        preset.rotation_reach_mm if reach is None else reach * magnification,
     )
 
 
@@ -167,7 +199,7 @@ def _uncertainties(run: Run, joint: JointResult, inconsistent: list[int]) -> dic
 @dataclass(frozen=True)
 class _Fitted:
     """cameras: of stage A; joint: of stage B; before, after: scores at rest and of the result; inconsistent: structures
-    that the X-rays contradict; uncertainties: by structure.
+    that the X-rays contradict; uncertainties: by structure; verdict: on the cameras.
     """
 
     cameras: StudyCameras
@@ -176,6 +208,7 @@ class _Fitted:
     after: ViewScores
     inconsistent: list[int]
     uncertainties: dict[int, PoseUncertainty]
+    verdict: CameraVerdict
 
 
 def _result(study: Study, options: Options, run: Run, fitted: _Fitted, device: str) -> Result:
@@ -200,9 +233,13 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted, device: s
         transform=warped.transform,
         renderings_before=renderings[0],
         renderings_after=renderings[1],
-        xray_images=[xray.image for xray in study.xrays],
-        xray_masks=[xray.mask for xray in study.xrays],
-        distrust=reasons_for_distrust(run.scene, names, fitted.before, fitted.after, joint.poses),
+        xray_images=[xray.image for xray in fitted.cameras.xrays],
+        xray_masks=[each.mask for each in fitted.cameras.refined],
+        distrust=(
+            *fitted.verdict.distrust,
+            *reasons_against_most(run.scene, fitted.inconsistent),
+            *reasons_for_distrust(run.scene, names, fitted.before, fitted.after, joint.poses),
+        ),
     )
     run.named("done").step(1, 1, float(np.mean(similarities)))
     return result
@@ -211,7 +248,8 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted, device: s
 def _warped(study: Study, options: Options, run: Run, joint: JointResult) -> Warped:
     run.step(0, 1)
     with run.timed():
-        spacing = options.transform_spacing_mm or TRANSFORM_MM
+        asked = options.transform_spacing_mm
+        spacing = TRANSFORM_MM if asked is None else asked * run.magnification
         unfold = PRESETS[options.preset].unfolded
         return warp_study(study, run.soft_tissue, joint.poses, spacing, options.composed, unfold)
 
@@ -230,8 +268,9 @@ def _renderings(run: Run, fitted: _Fitted) -> tuple[list[np.ndarray], list[np.nd
 def _warnings(study: Study, scene: Scene, fitted: _Fitted) -> list[str]:
     return [
         *study.warnings,
-        *(f"{xray.name}: {warning}" for xray in study.xrays for warning in xray.warnings),
+        *(f"{xray.name}: {warning}" for xray in fitted.cameras.xrays for warning in xray.warnings),
         *fitted.cameras.warnings,
+        *fitted.verdict.warnings,
         *hidden_structures(scene, fitted.after),
         *inconsistency_warnings(scene, fitted.inconsistent),
     ]

@@ -32,6 +32,9 @@ class Run:
         Name of the present stage in the progress.
     preview : callable, optional
         Takes coarse displacement fields while bones are fitted.
+    magnification : float
+        How many times larger than the patient the scene is (:mod:`PolyPoseLib.registration.magnification`); lengths
+        that people read are divided by it.
 
     """
 
@@ -40,6 +43,7 @@ class Run:
     monitor: Monitor
     stage: str = "registration"
     preview: Preview | None = None
+    magnification: float = 1.0
 
     @property
     def scene(self) -> Scene:

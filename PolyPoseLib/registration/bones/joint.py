@@ -12,7 +12,7 @@ from PolyPoseLib.registration.bones.rejection import restart_inconsistent
 from PolyPoseLib.registration.bones.restarts import restart_bones
 from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
-from PolyPoseLib.registration.fit.problem import JointResult, State, corrected
+from PolyPoseLib.registration.fit.problem import CameraGroups, JointResult, State, corrected
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.run import Run
 
@@ -50,7 +50,7 @@ def fit_structures(
     run: Run,
     observations: Sequence[Observation],
     poses: np.ndarray,
-    free_cameras: Sequence[int],
+    free_cameras: CameraGroups,
     stages: Sequence[JointStage],
 ) -> JointResult:
     """Fit all structures together, coarse to fine.
@@ -63,8 +63,8 @@ def fit_structures(
         The X-rays with their cameras.
     poses : (K, 4, 4) ndarray
         Fixed to moving, where to start.
-    free_cameras : sequence of int
-        Indices of the X-rays whose camera may still move.
+    free_cameras : CameraGroups
+        The X-rays whose cameras may still move, those of a rig as one.
     stages : sequence of JointStage
         At least one.
 
@@ -95,7 +95,7 @@ class _LevelFit:
     """One level: its problem, and the parts of it that follow the state."""
 
     def __init__(
-        self, run: Run, observations: Sequence[Observation], level: Level, free_cameras: Sequence[int]
+        self, run: Run, observations: Sequence[Observation], level: Level, free_cameras: CameraGroups
     ) -> None:
         self.run, self.level, self.observations = run, level, observations
         self.views = LevelViews(run, observations, level)

@@ -92,6 +92,17 @@ def restart_inconsistent(
     return poses
 
 
+def reasons_against_most(scene: Scene, which: Sequence[int]) -> list[str]:
+    """A reason for distrust where more than half of the structures that may move are inconsistent."""
+    moving = len(scene.moving)
+    if 2 * len(which) <= moving:
+        return []
+    return [
+        f"The X-rays contradict the poses of {len(which)} of {moving} structures: check the cameras, and whether CT, "
+        "labels and X-rays belong together."
+    ]
+
+
 def inconsistency_warnings(scene: Scene, which: Sequence[int]) -> list[str]:
     """Warnings about inconsistent structures."""
     return [

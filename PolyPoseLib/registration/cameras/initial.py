@@ -161,8 +161,8 @@ def landmark_camera(run: Run, xray: Xray, landmarks: Landmarks) -> FoundCamera:
     detector = Camera(xray.intrinsics, np.eye(4), *xray.image.shape)
     name = f'{label_of(xray.name)}: "landmarks"'
     found = camera_from_landmarks(landmarks.points, landmarks.pixels, detector, name)
-    how = f"{int(found.inliers.sum())} of {len(found.inliers)} landmarks, {found.rms_mm:.1f} mm off"
-    problems = landmark_problems(found)
+    how = f"{int(found.inliers.sum())} of {len(found.inliers)} landmarks, {found.rms_mm / run.magnification:.1f} mm off"
+    problems = landmark_problems(found, run.magnification)
     degrees, millimetres = found.radius
     radius = max(degrees, LEAST_RADIUS[0]), max(millimetres, LEAST_RADIUS[1])
     if not problems and (radius[0] > GIVEN_RADIUS[0] or radius[1] > GIVEN_RADIUS[1]):
@@ -170,7 +170,7 @@ def landmark_camera(run: Run, xray: Xray, landmarks: Landmarks) -> FoundCamera:
     warnings = (
         [f"The camera of {label_of(xray.name)} is uncertain: {'; '.join(problems)}."] if problems else []
     )
-    warnings += _outliers(found, xray.name)
+    warnings += _outliers(found, xray.name, run.magnification)
     return FoundCamera(found.camera.extrinsic, not problems, radius, how, tuple(warnings))
 
 
@@ -227,14 +227,15 @@ def scored_camera(found: Sequence[Hypothesis], how: str, name: str) -> FoundCame
     )
 
 
-def landmark_problems(found: PnpSolution) -> list[str]:
-    """What speaks against a camera from landmarks; each a clause for people."""
+def landmark_problems(found: PnpSolution, magnification: float = 1.0) -> list[str]:
+    """What speaks against a camera from landmarks of a scene so magnified; each a clause for people."""
     problems = []
     if found.rms_mm > LANDMARK_RMS_MM:
-        problems.append(f"its landmarks are {found.rms_mm:.1f} mm off")
+        problems.append(f"its landmarks are {found.rms_mm / magnification:.1f} mm off")
     if found.radius[0] > LANDMARK_RADIUS[0] or found.radius[1] > LANDMARK_RADIUS[1]:
         problems.append(
-            f"its landmarks leave {found.radius[0]:.0f} degrees and {found.radius[1]:.0f} mm open; add some"
+            f"its landmarks leave {found.radius[0]:.0f} degrees and {found.radius[1] / magnification:.0f} mm open; "
+            "add some"
         )
     if found.inliers.mean() < LANDMARK_SHARE:
         problems.append(
@@ -245,9 +246,9 @@ def landmark_problems(found: PnpSolution) -> list[str]:
     return problems
 
 
-def _outliers(found: PnpSolution, name: str) -> list[str]:
+def _outliers(found: PnpSolution, name: str, magnification: float) -> list[str]:
     """One line that names the landmarks that were left out."""
-    out = [f"{n} ({found.errors_mm[n]:.0f} mm)" for n in np.flatnonzero(~found.inliers)]
+    out = [f"{n} ({found.errors_mm[n] / magnification:.0f} mm)" for n in np.flatnonzero(~found.inliers)]
     return [f"{label_of(name)}: left out the landmarks {', '.join(out)}, counted from 0."] if out else []
 
 

@@ -46,7 +46,11 @@ class RefinedCamera:
 
 
 def find_camera_near(
-    run: Run, observation: Observation, levels: Sequence[Level], source_to_detector_mm: float
+    run: Run,
+    observation: Observation,
+    levels: Sequence[Level],
+    source_to_detector_mm: float,
+    search: bool = True,
 ) -> RefinedCamera:
     """Refine one X-ray's camera from several starts around it.
 
@@ -64,6 +68,8 @@ def find_camera_near(
         Coarse to fine, at least one.
     source_to_detector_mm : float
         Bounds the distances of a search.
+    search : bool
+        Whether to search around the initial camera where no start led to a reliable one.
 
     Returns
     -------
@@ -76,7 +82,7 @@ def find_camera_near(
     centre = run.scene.anchor_centre
     starts = list(turned_about(observation.camera, centre, TURN_DEG))
     best = refine_cameras(run, observation, starts, stages)[0]
-    if not is_reliable(best):
+    if search and not is_reliable(best):
         searched = SearchRange.around_camera(observation.camera, centre, SEARCH_RADIUS, source_to_detector_mm)
         found = find_cameras(run, observation, searched)
         best = max([best, *found[:1]], key=lambda hypothesis: hypothesis.score)

@@ -62,7 +62,7 @@ def find_camera(run: Run, observation: Observation, levels: Sequence[Level]) -> 
 def _refine(run: Run, observation: Observation, level: Level, done: int, total: int) -> Camera:
     """One level; done, total: iterations of the levels before and of all."""
     views = LevelViews(run, [observation], level)
-    problem, bones = views.whole_ct(free_cameras=[0]), views.structures()
+    problem, bones = views.whole_ct(free_cameras=[(0,)]), views.structures()
 
     def weigh(state: State) -> None:
         posed = State(run.scene.rest_poses, state.corrections)

@@ -145,13 +145,16 @@ def _rig_score(run: Run, observations: Sequence[Observation], level: Level, poin
 def _refine(run: Run, observations: Sequence[Observation], level: Level, done: int, total: int) -> np.ndarray:
     """The motion (4, 4), fixed to fixed, that all cameras need at one level."""
     views = LevelViews(run, observations, level)
-    whole, bones = views.whole_ct(free_poses=[0]), views.structures()
+    rig = tuple(range(len(observations)))
+    whole, bones = views.whole_ct(free_cameras=[rig]), views.structures()
 
     def before_step(state: State, iteration: int, cost: float) -> None:
         run.step(done + iteration, total, None if iteration == 0 else 1 - cost / 2)
-        posed = State(np.stack([state.poses[0]] * len(run.scene.names)), state.corrections)
+        posed = State(run.scene.rest_poses, state.corrections)
         for n, view in enumerate(views.views):
             region = anchor_region(run.scene, bones, posed, n)
             view.weight = robust_weight(view, whole.residual(state, n), region)
 
-    return minimise(whole, views.at_rest(1), SolverOptions(level.iterations), before_step).state.poses[0]
+    return minimise(whole, views.at_rest(1), SolverOptions(level.iterations), before_step).state.corrections[
+        0
+    ]

@@ -4,15 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
+
+import numpy as np
 
 from PolyPoseLib.data.view_names import label_of
 from PolyPoseLib.data.xray import Xray, place_isocenter
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.cameras.certainty import SCORING_LEVEL, expected_near
+from PolyPoseLib.registration.cameras.coarse_search import compared_points
+from PolyPoseLib.registration.cameras.hypotheses import score_camera
 from PolyPoseLib.registration.cameras.initial import Regressor, initial_camera
 from PolyPoseLib.registration.cameras.multistart import RefinedCamera
+from PolyPoseLib.registration.cameras.polarity import found_in_better_polarity
 from PolyPoseLib.registration.cameras.rig import find_rig_near
 from PolyPoseLib.registration.cameras.rig_initial import initial_rig_cameras
+from PolyPoseLib.registration.fit.foreign_objects import REFINED_REACH_MM, without_foreign_objects
 from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.run import Run
 
@@ -20,8 +28,10 @@ from PolyPoseLib.registration.run import Run
 class CameraRefiner(Protocol):
     """Refines one X-ray's camera by the anchor, as one method does it."""
 
-    def __call__(self, run: Run, observation: Observation, source_to_detector_mm: float) -> RefinedCamera:
-        """The camera near ``observation.camera``."""
+    def __call__(
+        self, run: Run, observation: Observation, source_to_detector_mm: float, search: bool
+    ) -> RefinedCamera:
+        """The camera near ``observation.camera``; search: whether to search farther off for one that matches."""
         ...
 
 
@@ -54,23 +64,29 @@ class StudyCameras:
 
     Attributes
     ----------
+    xrays : list[Xray]
+        As they were used: inverted where only so they match the CT.
     initial, refined : list[Observation]
         The X-rays with their cameras before and after stage A.
-    free : list[int]
-        Numbers of those that may move on in stage B.
+    free : list[list[int]]
+        Numbers of those that may move on in stage B, each by itself or those of one rig as one.
     warnings : list[str]
         What is uncertain, one line each.
+    uncertain : set[int]
+        Numbers of those whose camera is.
 
     """
 
+    xrays: list[Xray]
     initial: list[Observation]
     refined: list[Observation]
-    free: list[int]
+    free: list[list[int]]
     warnings: list[str]
+    uncertain: set[int]
 
 
 def find_study_cameras(run: Run, xrays: Sequence[Xray], how: CameraStage) -> StudyCameras:
-    """Stage A for every X-ray; cameras that are known, and those of a rig, do not move after it.
+    """Stage A for every X-ray; cameras that are known do not move after it.
 
     Parameters
     ----------
@@ -94,22 +110,34 @@ def find_study_cameras(run: Run, xrays: Sequence[Xray], how: CameraStage) -> Stu
         No camera that was tried shows the anchor.
 
     """
-    placed = place_isocenter(xrays, run.scene.anchor_centre)
+    placed = list(place_isocenter(xrays, run.scene.anchor_centre))
     found: dict[int, _Found] = {}
     warnings: list[str] = []
     for numbers in grouped_by_rig(placed):
         group = [placed[n] for n in numbers]
         here = run.named(f"camera {group[0].name or numbers[0] + 1}")
         with here.timed():
-            cameras = [_find_one(here, group[0], how)] if len(group) == 1 else _find_rig(here, group, how)
+            used, cameras = found_in_better_polarity(group, partial(_find, here, how))
         found |= zip(numbers, cameras, strict=True)
+        for n, xray in zip(numbers, used, strict=True):
+            placed[n] = xray
         warnings.extend(dict.fromkeys(line for each in cameras for line in each.warnings))
         for n in numbers:
-            warnings.extend(_unreliable(placed[n].name or f"X-ray {n + 1}", found[n].refinement))
+            name = placed[n].name or f"X-ray {n + 1}"
+            warnings.extend(_unreliable(name, found[n].refinement))
     ordered = [found[n] for n in range(len(placed))]
-    free = [n for n, each in enumerate(ordered) if each.free]
+    refined = [without_foreign_objects(run, each.refined, REFINED_REACH_MM) for each in ordered]
+    for n, (xray, each) in enumerate(zip(placed, refined, strict=True)):
+        warnings.extend(_left_out(xray.name or f"X-ray {n + 1}", xray.mask, each.mask))
+    free = [numbers for numbers in grouped_by_rig(placed) if found[numbers[0]].free]
+    uncertain = {n for n, each in enumerate(ordered) if not each.certain}
     return StudyCameras(
-        [each.initial for each in ordered], [each.refined for each in ordered], free, warnings
+        placed,
+        [each.initial for each in ordered],
+        refined,
+        free,
+        warnings,
+        uncertain,
     )
 
 
@@ -124,13 +152,21 @@ def grouped_by_rig(xrays: Sequence[Xray]) -> list[list[int]]:
 @dataclass(frozen=True)
 class _Found:
     """initial: the X-ray before stage A; warnings: about its initial camera; refinement: by stage A, None where the
-    camera stays; free: whether it may move on in stage B.
+    camera stays; free: whether it may move on in stage B; similarity: around the anchor, NaN where not computed; sure:
+    whether the initial camera was.
     """
 
     initial: Observation
     warnings: tuple[str, ...] = ()
     refinement: RefinedCamera | None = None
     free: bool = False
+    similarity: float = float("nan")
+    sure: bool = True
+
+    @property
+    def certain(self) -> bool:
+        """Whether nothing spoke against the camera so far."""
+        return self.sure and (self.refinement is None or self.refinement.reliable)
 
     @property
     def refined(self) -> Observation:
@@ -138,29 +174,68 @@ class _Found:
         return self.initial if self.refinement is None else self.initial.with_camera(self.refinement.camera)
 
 
-def _find_one(run: Run, xray: Xray, how: CameraStage) -> _Found:
+def _find(run: Run, how: CameraStage, xrays: Sequence[Xray], search: bool) -> list[_Found]:
+    """An X-ray by itself, or those of one rig; search: whether to search far off for a camera that matches."""
+    return [_find_one(run, how, xrays[0], search)] if len(xrays) == 1 else _find_rig(run, how, xrays)
+
+
+def _find_one(run: Run, how: CameraStage, xray: Xray, search: bool) -> _Found:
     """An X-ray by itself."""
     if xray.camera == "known" and xray.extrinsic is not None:
         camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)
-        return _Found(Observation(xray.image, xray.mask, camera))
+        observation = without_foreign_objects(run, Observation(xray.image, xray.mask, camera))
+        return _Found(observation, similarity=_similarity(run, observation))
     found = initial_camera(run, xray, model=how.regressor)
-    observation = Observation(xray.image, xray.mask, found.camera_of(xray))
+    camera = found.camera_of(xray)
+    observation = Observation(xray.image, xray.mask, camera, expected_near(camera, found.within))
+    observation = without_foreign_objects(run, observation)
     if not how.refined:
-        return _Found(observation, found.warnings)
-    refinement = how.refine(run, observation, xray.source_to_detector_mm)
-    return _Found(observation, found.warnings, refinement, free=True)
+        return _Found(observation, found.warnings, sure=found.sure)
+    refinement = how.refine(run, observation, xray.source_to_detector_mm, search)
+    return _Found(
+        observation, found.warnings, refinement, free=True, similarity=refinement.similarity, sure=found.sure
+    )
 
 
-def _find_rig(run: Run, xrays: Sequence[Xray], how: CameraStage) -> list[_Found]:
+def _find_rig(run: Run, how: CameraStage, xrays: Sequence[Xray]) -> list[_Found]:
     """The X-rays of one rig."""
     pairs = list(zip(xrays, initial_rig_cameras(run, xrays, model=how.regressor), strict=True))
-    observations = [Observation(xray.image, xray.mask, each.camera_of(xray)) for xray, each in pairs]
+    observations = [
+        without_foreign_objects(
+            run, Observation(xray.image, xray.mask, camera, expected_near(camera, each.within))
+        )
+        for xray, each in pairs
+        for camera in [each.camera_of(xray)]
+    ]
     refinements: Sequence[RefinedCamera | None] = [None] * len(xrays)
     if how.refined and not any(xray.camera == "known" for xray in xrays):
         refinements = find_rig_near(run, observations, how.rig_levels)
     return [
-        _Found(observation, found.warnings, refinement)
+        _Found(
+            observation,
+            found.warnings,
+            refinement,
+            free=refinement is not None,
+            sure=found.sure,
+            similarity=_similarity(run, observation) if refinement is None else refinement.similarity,
+        )
         for observation, (_, found), refinement in zip(observations, pairs, refinements, strict=True)
+    ]
+
+
+def _similarity(run: Run, observation: Observation) -> float:
+    """Local correlation around the anchor with the camera as it is."""
+    return score_camera(run, observation, SCORING_LEVEL, compared_points(run.scene)).similarity
+
+
+def _left_out(name: str, given: np.ndarray, used: np.ndarray) -> list[str]:
+    """A warning about the share of an X-ray that foreign objects cover, if there are any."""
+    share = 1 - used.sum() / given.sum()
+    if share == 0:
+        return []
+    return [
+        f"{label_of(name)}: metal or instruments that the CT does not have cover {max(100 * share, 0.1):.1f} % of it; "
+        "these pixels are left out."
     ]
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.fit.camera_prior import CameraPrior
 from PolyPoseLib.registration.fit.problem import View
 from PolyPoseLib.similarity.local_contrast import LocalContrast
 from PolyPoseLib.similarity.noise import noise_map
@@ -52,12 +53,15 @@ class Observation:
         bool, True where a pixel counts.
     camera : Camera
         The present estimate.
+    expected : CameraPrior, optional
+        Where the camera is expected, if it may move.
 
     """
 
     image: np.ndarray
     mask: np.ndarray
     camera: Camera
+    expected: CameraPrior | None = None
     noise: np.ndarray = field(init=False, repr=False)
     """(H, W) standard deviation of the image's noise in line integrals, estimated from the image."""
 
@@ -118,6 +122,7 @@ def view_at(level: Level, observation: Observation, centre: np.ndarray, expect_n
         static=np.zeros(image.shape, np.float32),
         weight=mask.astype(np.float32),
         noise_share=np.minimum(noise / target.deviation, 1.0) ** 2,
+        expected=observation.expected,
     )
 
 

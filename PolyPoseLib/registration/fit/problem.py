@@ -6,7 +6,7 @@ be held.  Everything that does not move rigidly enters a view as a static image 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -14,9 +14,13 @@ import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.rigid import about, adjoint_of_correction, perturbation
+from PolyPoseLib.registration.fit.camera_prior import WEIGHT, CameraPrior
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, BodyProjection, Window, project_body, slices_of
 from PolyPoseLib.similarity.local_contrast import LocalContrast
+
+CameraGroups = Sequence[Sequence[int]]
+"""Indices of views whose cameras move: one alone, or those of a rig, which move as one."""
 
 
 @dataclass
@@ -37,6 +41,8 @@ class View:
         (H, W) pixel weights.
     noise_share : np.ndarray | float
         (H, W) share (0 to 1) of noise in the variance of ``target``, or 0.
+    expected : CameraPrior, optional
+        Of the camera, where it may move.
 
     """
 
@@ -46,6 +52,7 @@ class View:
     static: np.ndarray
     weight: np.ndarray
     noise_share: np.ndarray | float = 0.0
+    expected: CameraPrior | None = None
 
     def cropped_to_weight(self) -> View:
         """The part of the view that its weights depend on, patches of the local contrast included.
@@ -183,8 +190,8 @@ class RigidProblem:
         The X-rays at one resolution.
     free_poses : sequence of int
         Indices of the bodies that move.
-    free_cameras : sequence of int
-        Indices of the views whose camera moves.
+    free_cameras : CameraGroups
+        The views whose cameras move.
     camera_centre : (3,) ndarray
         LPS mm, about which cameras move.
     step_mm : float
@@ -199,7 +206,7 @@ class RigidProblem:
     bodies: Sequence[Body]
     views: Sequence[View]
     free_poses: Sequence[int]
-    free_cameras: Sequence[int]
+    free_cameras: CameraGroups
     camera_centre: np.ndarray
     step_mm: float
     backend: Backend
@@ -216,10 +223,15 @@ class RigidProblem:
         for n, k in enumerate(self.free_poses):
             poses[k] = about(perturbation(step[6 * n : 6 * n + 6]), self.bodies[k].centre) @ poses[k]
         offset = 6 * len(self.free_poses)
-        for n, v in enumerate(self.free_cameras):
+        for n, group in enumerate(self.free_cameras):
             delta = step[offset + 6 * n : offset + 6 * n + 6]
-            corrections[v] = about(perturbation(delta), self.camera_centre) @ corrections[v]
+            for v in group:
+                corrections[v] = about(perturbation(delta), self.camera_centre) @ corrections[v]
         return State(poses, corrections)
+
+    def camera_group(self, view_index: int) -> int | None:
+        """Which of the free groups of cameras a view's belongs to, None where its camera stays."""
+        return next((n for n, group in enumerate(self.free_cameras) if view_index in group), None)
 
     def render(
         self, state: State, view_index: int, jacobian: bool = False
@@ -229,7 +241,7 @@ class RigidProblem:
         image = view.static.astype(np.float32).copy()
         projections = []
         for k, body in enumerate(self.bodies):
-            wanted = jacobian and (k in self.free_poses or view_index in self.free_cameras)
+            wanted = jacobian and (k in self.free_poses or self.camera_group(view_index) is not None)
             pose = state.poses[k] @ state.corrections[view_index]
             projection = project_body(body, view.camera, pose, self.step_mm, self.backend, wanted)
             image[projection.slices] += projection.image
@@ -256,7 +268,9 @@ class RigidProblem:
     def cost(self, state: State) -> float:
         """Weighted mean of squared residuals over all views (0 = identical, 2 = unrelated), plus the prior."""
         images = sum(self._view_cost(self.residual(state, n), view) for n, view in enumerate(self.views))
-        return images * self._scale() + (self.prior.cost(state.poses) if self.prior else 0.0)
+        expected = self.prior.cost(state.poses) if self.prior else 0.0
+        deviations = (deviation for _, deviation, _ in self._camera_deviations(state))
+        return images * self._scale() + expected + WEIGHT * sum(float(each @ each) for each in deviations)
 
     def normal_equations(self, state: State) -> Normal:
         """Gauss-Newton normal equations at ``state``."""
@@ -278,6 +292,11 @@ class RigidProblem:
                     if b != a:
                         matrix[columns, rows] += product.T
         expected = self.prior.add_to(state.poses, matrix, gradient) if self.prior else 0.0
+        for first, deviation, radii in self._camera_deviations(state):
+            where = np.arange(first, first + 6)
+            matrix[where, where] += WEIGHT / radii**2
+            gradient[where] += WEIGHT * deviation / radii
+            expected += WEIGHT * float(deviation @ deviation)
         return Normal(cost * scale + expected, matrix, gradient)
 
     def linearise(self, state: State, view_index: int) -> Linearised:
@@ -286,8 +305,8 @@ class RigidProblem:
         image, projections = self.render(state, view_index, jacobian=True)
         normalised = view.contrast.normalise(image)
         blocks = []
-        camera_free = view_index in self.free_cameras
-        camera_change = np.zeros((6, *image.shape), np.float32) if camera_free else None
+        group = self.camera_group(view_index)
+        camera_change = None if group is None else np.zeros((6, *image.shape), np.float32)
         for k, projection in enumerate(projections):
             if projection.jacobian is None or projection.image.size == 0:
                 continue
@@ -298,12 +317,20 @@ class RigidProblem:
                 spread = adjoint_of_correction(state.poses[k], self.bodies[k].centre, self.camera_centre)
                 moved = np.tensordot(spread.T.astype(np.float32), projection.jacobian, 1)
                 camera_change[(slice(None), *projection.slices)] += moved
-        if camera_change is not None:
+        if camera_change is not None and group is not None:
             whole = (0, image.shape[0], 0, image.shape[1])
             change, window = view.contrast.derivative(normalised, camera_change, whole)
-            first = 6 * (len(self.free_poses) + self.free_cameras.index(view_index))
+            first = 6 * (len(self.free_poses) + group)
             blocks.append(Block(first, window, change))
         return Linearised(normalised.values - view.target, blocks)
+
+    def _camera_deviations(self, state: State) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+        """(number of the first unknown, deviation (6,), radii (6,)) of every group of cameras with a prior."""
+        for n, group in enumerate(self.free_cameras):
+            view, correction = self.views[group[0]], state.corrections[group[0]]
+            if view.expected is not None:
+                deviation = view.expected.deviation(view.camera, correction, self.camera_centre)
+                yield 6 * (len(self.free_poses) + n), deviation, view.expected.radii
 
     def _scale(self) -> float:
         """One over the sum of all views' weights."""

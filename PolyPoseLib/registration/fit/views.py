@@ -10,7 +10,7 @@ import numpy as np
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.registration.articulations import ArticulationPrior, OneBonePrior
 from PolyPoseLib.registration.fit.levels import Level, Observation, view_at
-from PolyPoseLib.registration.fit.problem import PosePrior, RigidProblem, State, View
+from PolyPoseLib.registration.fit.problem import CameraGroups, PosePrior, RigidProblem, State, View
 from PolyPoseLib.registration.fit.weighting import region_around, robust_weight
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.rendering.rigid import Body
@@ -47,7 +47,7 @@ class LevelViews:
         centre = run.scene.anchor_centre
         self.views: list[View] = [view_at(level, each, centre, expect_noise) for each in observations]
 
-    def structures(self, free_poses: Sequence[int] = (), free_cameras: Sequence[int] = ()) -> RigidProblem:
+    def structures(self, free_poses: Sequence[int] = (), free_cameras: CameraGroups = ()) -> RigidProblem:
         """Every structure as a rigid body; free ones are held by their joints as far as the level says."""
         scene, weight = self.run.scene, self.level.joint_weight
         prior = None
@@ -60,7 +60,7 @@ class LevelViews:
         scene = self.run.scene
         return self._problem([scene.bodies(self.level.size_mm)[scene.anchor]])
 
-    def whole_ct(self, free_poses: Sequence[int] = (), free_cameras: Sequence[int] = ()) -> RigidProblem:
+    def whole_ct(self, free_poses: Sequence[int] = (), free_cameras: CameraGroups = ()) -> RigidProblem:
         """The whole CT as one rigid body."""
         body = self.run.scene.volume("whole", self.level.size_mm)
         return self._problem([body], free_poses, free_cameras)
@@ -90,7 +90,7 @@ class LevelViews:
         """Weigh the pixels around the structures that move in each view: all of them where the camera moves."""
         everything, moving = range(len(problem.bodies)), self.run.scene.moving
         for n, view in enumerate(self.views):
-            which = everything if n in problem.free_cameras else moving
+            which = moving if problem.camera_group(n) is None else everything
             region = region_around(problem, state, n, which, REACH_MM)
             view.weight = robust_weight(view, problem.residual(state, n), region)
 
@@ -98,7 +98,7 @@ class LevelViews:
         self,
         bodies: Sequence[Body],
         free_poses: Sequence[int] = (),
-        free_cameras: Sequence[int] = (),
+        free_cameras: CameraGroups = (),
         prior: PosePrior | None = None,
     ) -> RigidProblem:
         centre, size = self.run.scene.anchor_centre, self.level.size_mm

@@ -14,6 +14,7 @@ from PolyPoseLib.registration.bones.rejection import (
     structure_residuals,
 )
 from PolyPoseLib.registration.fit.levels import Level, Observation
+from PolyPoseLib.registration.magnification import magnification_of
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.covariance import UNSEEN_ROTATION_DEG, UNSEEN_TRANSLATION_MM
 
@@ -92,9 +93,10 @@ def test_right_bones_are_not_restarted(known, monkeypatch):
 
 def test_an_inconsistent_structure_is_as_uncertain_as_an_unseen_one(known, monkeypatch):
     monkeypatch.setattr("PolyPoseLib.pipeline.inconsistent_structures", lambda *_: [FEMUR])
-    result = register(study(known.case, {"preset": "fast"}))
+    small = study(known.case, {"preset": "fast"})
+    result = register(small)
     stated = result.structures["femur_left"].uncertainty
     assert any("contradict" in warning and "femur_left" in warning for warning in result.warnings)
-    assert stated["along_mm"] == pytest.approx(1.96 * UNSEEN_TRANSLATION_MM)
+    assert stated["along_mm"] == pytest.approx(1.96 * UNSEEN_TRANSLATION_MM / magnification_of(small))
     assert stated["rotation_about_view_deg"] == pytest.approx(1.96 * UNSEEN_ROTATION_DEG)
     assert result.structures["vertebra_L5"].uncertainty["along_mm"] < 20

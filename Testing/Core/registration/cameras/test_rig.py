@@ -11,7 +11,9 @@ from PolyPoseLib.data.found_camera import FoundCamera
 from PolyPoseLib.data.xray import RigPose
 from PolyPoseLib.errors import InputError, UntrustedResultError
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.rigid import about, perturbation
 from PolyPoseLib.pipeline import register
+from PolyPoseLib.registration.bones.joint import fit_structures
 from PolyPoseLib.registration.cameras import rig_initial as rig_initial
 from PolyPoseLib.registration.cameras.hypotheses import apart_mm
 from PolyPoseLib.registration.cameras.rig import (
@@ -24,6 +26,7 @@ from PolyPoseLib.registration.cameras.rig import (
 from PolyPoseLib.registration.cameras.rig_initial import initial_rig_cameras
 from PolyPoseLib.registration.cameras.study import grouped_by_rig
 from PolyPoseLib.registration.fit.levels import Level, Observation
+from PolyPoseLib.registration.presets import PRESETS
 from PolyPoseLib.simulation.case_study import case_to_study
 
 LEVELS = (Level(6.0, 40.0, 12), Level(3.0, 20.0, 12))
@@ -100,6 +103,20 @@ def test_a_study_keeps_its_rig_to_the_end(simulated, study, points):
         camera = Camera(found.intrinsics, found.extrinsic, found.height, found.width)
         assert apart_mm(true, camera, points) < 2.5
     assert not result.distrust
+
+
+def test_a_rig_moves_on_with_the_bones(simulated, scene, points):
+    """Stage A ends at millimetres; the bones then refine the rig as one body."""
+    true = simulated.cameras
+    off = about(perturbation(np.r_[np.radians([1.0, -0.5, 1.0]), 1.0, -1.0, 2.0]), scene.anchor_centre)
+    start = [
+        Observation(image, np.ones(image.shape, bool), camera.with_extrinsic(camera.extrinsic @ off))
+        for image, camera in zip(simulated.images, true, strict=True)
+    ]
+    fitted = fit_structures(quiet_run(scene), start, scene.rest_poses, [[0, 1]], PRESETS["fast"].joint)
+    np.testing.assert_allclose(relative(fitted.cameras), relative(true), atol=1e-9)
+    for was, now, right in zip(start, fitted.cameras, true, strict=True):
+        assert apart_mm(right, now, points) < 0.5 * apart_mm(right, was.camera, points)
 
 
 def test_a_known_camera_places_the_others_exactly(simulated, study):

@@ -47,7 +47,7 @@ def moved_state(run, seed):
 
 def test_problems_of_a_level_see_the_same_static_images_and_weights(run, views):
     state = moved_state(run, 0)
-    bones, whole = views.structures(run.scene.moving), views.whole_ct(free_cameras=[0])
+    bones, whole = views.structures(run.scene.moving), views.whole_ct(free_cameras=[(0,)])
     views.render_soft_tissue(state)
     views.weigh_structures(bones, state)
     for mine, others in zip(bones.views, whole.views, strict=True):
@@ -62,14 +62,14 @@ def test_only_free_structures_have_a_prior_and_only_where_the_level_gives_it_wei
     assert unweighted.structures(run.scene.moving).prior is None
 
 
-@pytest.mark.parametrize("free_cameras", [(), (1,)])
+@pytest.mark.parametrize("free_cameras", [(), [(1,)], [(0, 1)]])
 def test_pixels_count_around_the_bones_that_move_in_a_view(run, views, free_cameras):
     state = moved_state(run, 1)
     problem = views.structures(run.scene.moving, free_cameras)
     views.render_soft_tissue(state)
     views.weigh_structures(problem, state)
     for n, view in enumerate(views.views):
-        which = range(3) if n in free_cameras else run.scene.moving
+        which = range(3) if any(n in group for group in free_cameras) else run.scene.moving
         mask = projection_mask(problem, state, n, which)
         assert (view.weight[mask & (view.contrast.support > 0)] > 0).all()
         far = ~dilated(mask, 10.0 / 3.0)  # pixels at this level are no smaller than 3 mm
