@@ -6,6 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from PolyPoseLib.data.notes import Notes
+from PolyPoseLib.io.xray.shutter import find_field
 from PolyPoseLib.io.xray.tags import XrayTags
 
 SMALLEST_SHARE = 0.05
@@ -198,6 +199,46 @@ def border_mask(values: np.ndarray, blocked: str, processed: bool, notes: Notes)
         return np.ones(values.shape, dtype=bool)
     notes.say(f"mask: plain border, detected, removes {share:.1%}")
     return ~border
+
+
+def field_mask(values: np.ndarray, meaning: str, border: np.ndarray, notes: Notes) -> np.ndarray:
+    """Mask out what lies behind collimators and shutters that no tag mentions, whatever its colour.
+
+    Where the values are proportional to the beam, the outside must be what an absent beam gives; elsewhere it may be
+    black, white, grey, or scatter and noise.
+
+    Parameters
+    ----------
+    values
+        (H, W) pixel values.
+    meaning
+        What a value means, see `PolyPoseLib.io.xray.intensity`.
+    border
+        (H, W) bool, the mask of plain borders, which this one is to be combined with.
+    notes
+        Receives what was removed.
+
+    Returns
+    -------
+    np.ndarray
+        (H, W) bool, True inside.
+
+    """
+    whole = np.ones(values.shape, dtype=bool)
+    outside_is = {"transmission": "low", "inverse_transmission": "high"}.get(meaning)
+    field = find_field(values, meaning == "transmission", outside_is)
+    if field is None:
+        return whole
+    inside = field.mask((values.shape[0], values.shape[1]))
+    share = 1 - float(inside.mean())
+    if share > LARGEST_BORDER or (inside & border).mean() < SMALLEST_SHARE:
+        notes.warn(
+            f"a collimator or shutter that hides {share:.0%} was found and ignored as implausible; give a mask if it "
+            "is one."
+        )
+        return whole
+    notes.say(f"mask: collimator or shutter, detected, removes {share:.1%}")
+    return inside
 
 
 def _full_lines(region: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.xray.fields import XrayFields
 from PolyPoseLib.io.xray.intensity import line_integrals
 from PolyPoseLib.io.xray.intensity_rules import intensity_of_tags
-from PolyPoseLib.io.xray.mask import border_mask, tagged_mask
+from PolyPoseLib.io.xray.mask import border_mask, field_mask, tagged_mask
 from PolyPoseLib.io.xray.orientation import orientation_of
 from PolyPoseLib.io.xray.pixels import apply_modality, stored_pixels
 from PolyPoseLib.io.xray.plain import GRAY_PICTURES, default_intensity, ending_of, read_plain
@@ -91,7 +91,7 @@ def values_of_dicom(tags: XrayTags, given: XrayFields, notes: Notes) -> PixelVal
     values, order = apply_modality(stored, tags, notes)
     meaning = _given_meaning(given, notes) or intensity_of_tags(tags, order, notes)
     if "unattenuated" not in scale:
-        mask &= _border(values, meaning, notes)
+        mask &= _border(values, meaning, given, notes)
     direct = scale.get("unattenuated") if given.unattenuated is None else given.unattenuated
     step = abs(tags.number("RescaleSlope") or 1.0)
     return PixelValues(values, mask, meaning, direct, step, _largest(tags))
@@ -120,7 +120,7 @@ def values_of_plain(path: Path, frame: int | None, given: XrayFields, notes: Not
     meaning = _given_meaning(given, notes) or default_intensity(path, values, whole, notes)
     mask = np.ones(values.shape, dtype=bool)
     if meaning != "line_integral" and np.ptp(values) > 0:
-        mask = _border(values, meaning, notes)
+        mask = _border(values, meaning, given, notes)
     return PixelValues(values, mask, meaning, given.unattenuated, 1.0 if whole else 0.0)
 
 
@@ -131,9 +131,15 @@ def _given_meaning(given: XrayFields, notes: Notes) -> str | None:
     return given.intensity
 
 
-def _border(values: np.ndarray, meaning: str, notes: Notes) -> np.ndarray:
-    """Mask of plain borders for values of this meaning; everything for line integrals."""
+def _border(values: np.ndarray, meaning: str, given: XrayFields, notes: Notes) -> np.ndarray:
+    """Mask of plain borders and undeclared shutters; everything for line integrals.
+
+    Where the study gives a mask, no shutter is looked for: a person has looked at the picture.
+    """
     if meaning == "line_integral":
         return np.ones(values.shape, dtype=bool)
     blocked = "low" if meaning in ("transmission", "log_transmission") else "high"
-    return border_mask(values, blocked, meaning in ("attenuation", "log_transmission"), notes)
+    border = border_mask(values, blocked, meaning in ("attenuation", "log_transmission"), notes)
+    if given.mask is not None:
+        return border
+    return border & field_mask(values, meaning, border, notes)
