@@ -51,8 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
         from PolyPoseLib.io.segmentations import read_segmentation
 
         names = label_table(arguments.label_table) if arguments.label_table else None
+        result = load_result(arguments.result)
         segmentation = read_segmentation(arguments.segmentation).renumbered(names or {})
-        scores = score_segmentation(load_result(arguments.result), segmentation, names)
+        scores = score_segmentation(result, segmentation, names)
         text = overlap_table
     print(scores_json(scores) if arguments.json else text(scores))
     return 0
