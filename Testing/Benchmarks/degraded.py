@@ -153,7 +153,9 @@ def run_row(key: dict[str, Any], arguments: argparse.Namespace) -> dict[str, Any
         for name, bone in row["bones"].items():
             bone["covered"] = covered[name]
     if ran["exit_status"] != 0:
-        row["message"] = log.read_text().strip()[-400:]
+        row["message"] = (
+            log.read_text().strip().replace(f"{folder.absolute()}", ".").replace(f"{folder}", ".")[-400:]
+        )
     found = machine()
     row["measured_on"] = {name: found[name] for name in ("processor", "cores", "date", "python", "polypose")}
     row["measured_on"]["device"] = arguments.device
