@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -91,33 +92,55 @@ def read_in_child(path: Path, kind: str, limits: Limits) -> sitk.Image:
 
     with tempfile.TemporaryDirectory(prefix="polypose-") as folder:
         target = Path(folder) / "read.mha"
-        arguments = [
-            kind,
-            str(path.resolve()),
-            str(target),
-            str(limits.cpu_seconds),
-            str(limits.memory_bytes),
-        ]
-        try:
-            done = subprocess.run(
-                [interpreter(), "-c", _CHILD, *arguments],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                timeout=limits.wall_seconds,
-                cwd=folder,
-                check=False,
+        arguments = [kind, path.resolve(), target, limits.cpu_seconds, limits.memory_bytes]
+        done = run_child(_CHILD, arguments, limits, folder)
+        if done is None:
+            raise InputError(
+                f"it is damaged: reading it has not ended after {limits.cpu_seconds} seconds of computing"
             )
-        except subprocess.TimeoutExpired:
-            raise _too_slow(limits) from None
         if done.returncode == 2:
             reason = " ".join(done.stdout.decode("utf-8", "replace").split())[:300]
             raise InputError(reason or "it is damaged")
-        if ran_out_of_time(done.returncode):
-            raise _too_slow(limits)
         if done.returncode != 0 or not target.is_file():
             raise InputError("it is damaged: the library that reads it does not survive it")
         return sitk.ReadImage(str(target), imageIO="MetaImageIO")
+
+
+def run_child(
+    program: str, arguments: Sequence[object], limits: Limits, folder: str
+) -> subprocess.CompletedProcess[bytes] | None:
+    """Run a reading program in a process of its own.
+
+    Parameters
+    ----------
+    program
+        Python source; it limits its computing time and memory by itself.
+    arguments
+        Of the program, as text; its paths are absolute.
+    limits
+        Of the time by the clock.
+    folder
+        Where it runs.
+
+    Returns
+    -------
+    subprocess.CompletedProcess or None
+        With what it printed; None when it ran out of time.
+
+    """
+    try:
+        done = subprocess.run(
+            [interpreter(), "-c", program, *map(str, arguments)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=limits.wall_seconds,
+            cwd=folder,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return None
+    return None if ran_out_of_time(done.returncode) else done
 
 
 def interpreter() -> str:
@@ -133,10 +156,3 @@ def ran_out_of_time(status: int) -> bool:
     import signal
 
     return status in (-signal.SIGXCPU, -signal.SIGKILL)
-
-
-def _too_slow(limits: Limits) -> InputError:
-    """The error about a file that is read without an end."""
-    return InputError(
-        f"it is damaged: reading it has not ended after {limits.cpu_seconds} seconds of computing"
-    )

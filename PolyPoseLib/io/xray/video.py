@@ -7,7 +7,6 @@ the pixels of one frame.
 from __future__ import annotations
 
 import importlib.util
-import subprocess
 import tempfile
 from pathlib import Path
 
@@ -16,7 +15,7 @@ import numpy as np
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.dicom import MAX_PIXELS
 from PolyPoseLib.io.files import refuse_special_file
-from PolyPoseLib.io.guarded import Limits, interpreter, ran_out_of_time
+from PolyPoseLib.io.guarded import Limits, run_child
 
 VIDEO_ENDINGS = (".avi", ".mp4", ".mov")
 """File names that are read as films."""
@@ -120,19 +119,12 @@ def _decoded(path: Path, where: str, frame: int) -> tuple[np.ndarray | None, str
     limits = VIDEO_LIMITS
     with tempfile.TemporaryDirectory(prefix="polypose-") as folder:
         target = Path(folder) / "frame.npy"
-        numbers = map(str, (frame, limits.cpu_seconds, limits.memory_bytes, MAX_PIXELS))
-        try:
-            done = subprocess.run(
-                [interpreter(), "-c", _CHILD, str(path.resolve()), str(target), *numbers],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                timeout=limits.wall_seconds,
-                cwd=folder,
-                check=False,
+        numbers = (frame, limits.cpu_seconds, limits.memory_bytes, MAX_PIXELS)
+        done = run_child(_CHILD, [path.resolve(), target, *numbers], limits, folder)
+        if done is None:
+            raise InputError(
+                f"{where}: the frame was not reached after {limits.cpu_seconds} seconds of decoding; save it as PNG."
             )
-        except subprocess.TimeoutExpired:
-            raise _too_slow(where) from None
         text = "".join(each for each in done.stdout.decode("ascii", "replace") if each in "0123456789 x")[:40]
         if done.returncode == 0 and target.is_file():
             return np.load(target, allow_pickle=False), ""
@@ -140,13 +132,4 @@ def _decoded(path: Path, where: str, frame: int) -> tuple[np.ndarray | None, str
             return None, text
         if done.returncode == 4:
             raise InputError(f"{where} claims {text} pixels, more than an X-ray has; export the film again.")
-        if ran_out_of_time(done.returncode):
-            raise _too_slow(where)
     raise InputError(f"{where} is damaged or no film that can be decoded; save the frame as PNG or DICOM.")
-
-
-def _too_slow(where: str) -> InputError:
-    """The error about a film that is decoded without an end."""
-    return InputError(
-        f"{where}: the frame was not reached after {VIDEO_LIMITS.cpu_seconds} seconds of decoding; save it as PNG."
-    )

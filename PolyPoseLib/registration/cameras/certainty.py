@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from PolyPoseLib.data.view_names import label_of
+from PolyPoseLib.data.view_names import label_of, view_name
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.rigid import rotation_angle_deg
 from PolyPoseLib.registration.cameras.coarse_search import compared_points
@@ -25,6 +25,11 @@ SLACK = 1.25
 
 LARGEST = 2.0
 """Radii beyond which nothing else makes up for it."""
+
+
+def anchor_similarity(run: Run, observation: Observation) -> float:
+    """Local correlation around the anchor with the camera as it is, in [-1, 1]."""
+    return score_camera(run, observation, SCORING_LEVEL, compared_points(run.scene)).similarity
 
 
 def expected_near(camera: Camera, within: tuple[float, float]) -> CameraPrior:
@@ -95,9 +100,9 @@ def judge_cameras(
 
     """
     verdict = CameraVerdict([], [])
-    points, centre = compared_points(run.scene), run.scene.anchor_centre
+    centre = run.scene.anchor_centre
     for n, (name, observation) in enumerate(zip(names, observations, strict=True)):
-        label, expected = label_of(name or f"X-ray {n + 1}"), observation.expected
+        label, expected = label_of(name or view_name(n)), observation.expected
         radii, where = 0.0, ""
         if expected is not None:
             degrees, millimetres = departure(expected, observation.camera, centre)
@@ -110,7 +115,7 @@ def judge_cameras(
             )
             if radii <= SLACK and n not in uncertain:
                 continue
-        similarity = score_camera(run, observation, SCORING_LEVEL, points).similarity
+        similarity = anchor_similarity(run, observation)
         if radii > SLACK:
             trusted = similarity >= CERTAIN_SIMILARITY and radii <= LARGEST
             (verdict.warnings if trusted else verdict.distrust).append(where)

@@ -70,8 +70,12 @@ def found_in_better_polarity(xrays: Sequence[Xray], find: Finder[F]) -> tuple[Se
     other, _ = _attempt(turned, find, search=False)
     if _clearly_better(other, found):
         return turned, other
-    found, error = _attempt(xrays, find, search=True)
-    if _similarity(found) < LEAST_SIMILARITY:
+    searched = (
+        len(xrays) == 1 and xrays[0].camera != "known"
+    )  # known cameras and rigs stay near where they are
+    if searched:
+        found, error = _attempt(xrays, find, search=True)
+    if searched and _similarity(found) < LEAST_SIMILARITY:
         other, _ = _attempt(turned, find, search=True)
         if _clearly_better(other, found, CERTAIN_SIMILARITY):  # far off, wrong ones are plausible too
             return turned, other

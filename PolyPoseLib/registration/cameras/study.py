@@ -9,12 +9,11 @@ from typing import Protocol
 
 import numpy as np
 
-from PolyPoseLib.data.view_names import label_of
+from PolyPoseLib.data.found_camera import FoundCamera
+from PolyPoseLib.data.view_names import label_of, view_name
 from PolyPoseLib.data.xray import Xray, place_isocenter
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.registration.cameras.certainty import SCORING_LEVEL, expected_near
-from PolyPoseLib.registration.cameras.coarse_search import compared_points
-from PolyPoseLib.registration.cameras.hypotheses import score_camera
+from PolyPoseLib.registration.cameras.certainty import anchor_similarity, expected_near
 from PolyPoseLib.registration.cameras.initial import Regressor, initial_camera
 from PolyPoseLib.registration.cameras.multistart import RefinedCamera
 from PolyPoseLib.registration.cameras.polarity import found_in_better_polarity
@@ -123,12 +122,12 @@ def find_study_cameras(run: Run, xrays: Sequence[Xray], how: CameraStage) -> Stu
             placed[n] = xray
         warnings.extend(dict.fromkeys(line for each in cameras for line in each.warnings))
         for n in numbers:
-            name = placed[n].name or f"X-ray {n + 1}"
+            name = placed[n].name or view_name(n)
             warnings.extend(_unreliable(name, found[n].refinement))
     ordered = [found[n] for n in range(len(placed))]
     refined = [without_foreign_objects(run, each.refined, REFINED_REACH_MM) for each in ordered]
     for n, (xray, each) in enumerate(zip(placed, refined, strict=True)):
-        warnings.extend(_left_out(xray.name or f"X-ray {n + 1}", xray.mask, each.mask))
+        warnings.extend(_left_out(xray.name or view_name(n), xray.mask, each.mask))
     free = [numbers for numbers in grouped_by_rig(placed) if found[numbers[0]].free]
     uncertain = {n for n, each in enumerate(ordered) if not each.certain}
     return StudyCameras(
@@ -184,11 +183,9 @@ def _find_one(run: Run, how: CameraStage, xray: Xray, search: bool) -> _Found:
     if xray.camera == "known" and xray.extrinsic is not None:
         camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)
         observation = without_foreign_objects(run, Observation(xray.image, xray.mask, camera))
-        return _Found(observation, similarity=_similarity(run, observation))
+        return _Found(observation, similarity=anchor_similarity(run, observation))
     found = initial_camera(run, xray, model=how.regressor)
-    camera = found.camera_of(xray)
-    observation = Observation(xray.image, xray.mask, camera, expected_near(camera, found.within))
-    observation = without_foreign_objects(run, observation)
+    observation = _observed(run, xray, found)
     if not how.refined:
         return _Found(observation, found.warnings, sure=found.sure)
     refinement = how.refine(run, observation, xray.source_to_detector_mm, search)
@@ -200,13 +197,7 @@ def _find_one(run: Run, how: CameraStage, xray: Xray, search: bool) -> _Found:
 def _find_rig(run: Run, how: CameraStage, xrays: Sequence[Xray]) -> list[_Found]:
     """The X-rays of one rig."""
     pairs = list(zip(xrays, initial_rig_cameras(run, xrays, model=how.regressor), strict=True))
-    observations = [
-        without_foreign_objects(
-            run, Observation(xray.image, xray.mask, camera, expected_near(camera, each.within))
-        )
-        for xray, each in pairs
-        for camera in [each.camera_of(xray)]
-    ]
+    observations = [_observed(run, xray, each) for xray, each in pairs]
     refinements: Sequence[RefinedCamera | None] = [None] * len(xrays)
     if how.refined and not any(xray.camera == "known" for xray in xrays):
         refinements = find_rig_near(run, observations, how.rig_levels)
@@ -217,15 +208,17 @@ def _find_rig(run: Run, how: CameraStage, xrays: Sequence[Xray]) -> list[_Found]
             refinement,
             free=refinement is not None,
             sure=found.sure,
-            similarity=_similarity(run, observation) if refinement is None else refinement.similarity,
+            similarity=anchor_similarity(run, observation) if refinement is None else refinement.similarity,
         )
         for observation, (_, found), refinement in zip(observations, pairs, refinements, strict=True)
     ]
 
 
-def _similarity(run: Run, observation: Observation) -> float:
-    """Local correlation around the anchor with the camera as it is."""
-    return score_camera(run, observation, SCORING_LEVEL, compared_points(run.scene)).similarity
+def _observed(run: Run, xray: Xray, found: FoundCamera) -> Observation:
+    """The X-ray with its initial camera, without foreign objects."""
+    camera = found.camera_of(xray)
+    observation = Observation(xray.image, xray.mask, camera, expected_near(camera, found.within))
+    return without_foreign_objects(run, observation)
 
 
 def _left_out(name: str, given: np.ndarray, used: np.ndarray) -> list[str]:
