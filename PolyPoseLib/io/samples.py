@@ -288,11 +288,12 @@ def _move_into_place(unpacked: Path, folder: Path) -> None:
     Somebody may be reading the folder, so it is never taken away. Links are replaced, not what they lead to.
     """
     if not folder.is_dir():
-        _remove(folder)
+        with contextlib.suppress(FileNotFoundError, IsADirectoryError, PermissionError):
+            folder.unlink()  # refuses a folder that another process has just made
     folder.mkdir(exist_ok=True)
     for file in FILES:
         if (folder / file).is_dir() and not (folder / file).is_symlink():
-            _remove(folder / file)
+            shutil.rmtree(folder / file, ignore_errors=True)  # refuses a file that has just come in its place
         (unpacked / file).replace(folder / file)
 
 

@@ -85,7 +85,7 @@ class RegisterTest(PanelCase):
         self.assertEqual(self.button, "Cancelling...")
         self.assertFalse(self.ui.registerButton.enabled)
         self.end()
-        self.assertLess(time.monotonic() - began, 4.0)
+        self.assertLess(time.monotonic() - began, 20.0)
         self.assertIn("Cancelled", self.ui.messageLabel.text)
         self.assertEqual(slicer.mrmlScene.GetNumberOfNodes(), self.nodes)
         self.assertEqual(self.button, "Register")

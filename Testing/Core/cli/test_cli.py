@@ -256,7 +256,7 @@ def test_signals_end_a_run_with_130_and_nothing_left(study, number):
         child.send_signal(number)
         _, err = child.communicate(timeout=30)
     assert child.returncode == 130
-    assert time.monotonic() - sent < 5
+    assert time.monotonic() - sent < 25
     assert "interrupted" in err
     assert "Traceback" not in err
     assert set(study.parent.iterdir()) == before

@@ -116,7 +116,7 @@ def test_absurd_studies_are_refused_at_once_and_in_short(tmp_path, what, capsys)
     study.write_text(json.dumps({**BASE, **ABSURD[what]}))
     began = time.process_time()
     status, out, err = run_main(["register", study, "--output", tmp_path / "out"], capsys)
-    assert time.process_time() - began < 2  # one on an idle machine
+    assert time.process_time() - began < 30  # one on an idle machine; minutes if it began to work
     assert (status, out) == (2, "") and err.count("\n") == 1
     assert len(err) < 500 + len(str(study))
 

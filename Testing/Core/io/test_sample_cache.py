@@ -207,6 +207,26 @@ def test_processes_that_fetch_at_once_all_get_it(registry, tmp_path, start):
     assert [path.name for path in (tmp_path / "cache" / "samples").iterdir()] == ["pkg-2.18.0"]
 
 
+def test_a_folder_that_another_process_makes_meanwhile_stays(registry, tmp_path, monkeypatch):
+    """The other process comes between the look whether the folder is there and what is done about it."""
+    unpacked, folder = tmp_path / "unpacked", tmp_path / "made"
+    unpacked.mkdir()
+    for file in sample.FILES:
+        (unpacked / file).write_text("ours")
+    look = type(folder).is_dir
+
+    def look_and_be_late(path):
+        found = look(path)
+        if path == folder and not found:
+            folder.mkdir()
+            (folder / "theirs").touch()
+        return found
+
+    monkeypatch.setattr(type(folder), "is_dir", look_and_be_late)
+    sample._move_into_place(unpacked, folder)
+    assert {path.name for path in folder.iterdir()} == {"theirs", *sample.FILES}
+
+
 def fetched_and_read() -> bytes:
     return (sample.fetch_sample("pelvis") / "ct.nii.gz").read_bytes()
 

@@ -70,7 +70,7 @@ def test_a_process_that_reads_for_ever_is_ended(tmp_path, written, monkeypatch):
     began = time.monotonic()
     with pytest.raises(InputError, match=r"hangs\.h5: does not hold"):
         read_transform(hangs)
-    assert time.monotonic() - began < 5
+    assert time.monotonic() - began < 30
 
 
 @pytest.mark.parametrize("kind", ["affine", "composite", "spline", "text", "empty", "folder", "float"])
@@ -115,7 +115,7 @@ def test_damage_is_refused_or_leaves_a_field(written, data):
         assert str(error).startswith(f"{path}: ") and "\n" not in str(error)
     else:
         assert found.shape == (5, 6, 7)
-    assert time.monotonic() - began < 5
+    assert time.monotonic() - began < 30
 
 
 def test_every_damaged_byte_of_a_header_is_noticed(written):
