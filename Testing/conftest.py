@@ -13,7 +13,7 @@ settings.register_profile("seeded", derandomize=True, deadline=None, max_example
 settings.register_profile("explore", deadline=None, max_examples=2000)
 settings.load_profile("seeded")
 
-RARE = ("kill", "soak", "fuzz")
+RARE = ("kill", "soak", "fuzz", "long")
 """Marks of tests that run only when they are asked for, by ``-m``."""
 
 

@@ -26,7 +26,7 @@ def pelvis():
     return ct, structures, Scene(ct, structures, anchor), points
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_view_is_found(pelvis):
     ct, structures, scene, points = pelvis
     ((number, view, true, image),) = cameras.random_views(ct, structures, structures.names[0], PIXELS, {VIEW})

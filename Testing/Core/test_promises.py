@@ -191,7 +191,9 @@ def test_no_output_names_the_patient(registered):
     assert b"X-ray 1" in content["result.json"]
 
 
-@pytest.mark.parametrize("command", ["evaluate", "evaluate --truth", "cameras"])
+@pytest.mark.parametrize(
+    "command", ["evaluate", "evaluate --truth", pytest.param("cameras", marks=pytest.mark.long)]
+)
 def test_no_other_command_names_the_patient(registered, case, command):
     result, report = registered[2], case.parent / "report.json"
     labels = next(case.glob(f"{FILE}-labels*"))

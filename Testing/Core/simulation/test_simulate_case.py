@@ -141,6 +141,7 @@ def test_the_same_seed_gives_the_same_case_bit_for_bit():
     assert not np.array_equal(first.fixed_ct.voxels, other.fixed_ct.voxels)
 
 
+@pytest.mark.long
 def test_elastic_tissue_does_not_depend_on_the_axes():
     """The same body stored with an axis reversed moves the same way."""
     fields, points = [], None
