@@ -88,7 +88,7 @@ def judge_cameras(
     names : sequence of str
         Of the X-rays.
     observations : sequence of Observation
-        With the cameras of the result; those without expectation were known.
+        With the cameras of the result; those without expectation were not refined.
     uncertain : collection of int
         Numbers of the X-rays whose camera was uncertain when it was found.
 
@@ -96,7 +96,7 @@ def judge_cameras(
     -------
     CameraVerdict
         A camera far outside its radius is not trusted whatever it shows; one a little outside, or uncertain, only where
-        the X-ray agrees with the anchor as no wrong camera's does; a known one, where it agrees at all.
+        the X-ray agrees with the anchor as no wrong camera's does; one that was not refined, where it agrees at all.
 
     """
     verdict = CameraVerdict([], [])
@@ -121,11 +121,11 @@ def judge_cameras(
             (verdict.warnings if trusted else verdict.distrust).append(where)
         elif expected is None and similarity < LEAST_SIMILARITY:
             verdict.distrust.append(
-                f"The known camera of {label} does not show the anchor where the X-ray does (local correlation "
-                f"{similarity:.2f}, at least {LEAST_SIMILARITY:g} is expected): check it, or whether the patient moved "
-                'between the X-rays; "camera": "initial" lets it be refined.'
+                f"The camera of {label}, which was not to be refined, does not show the anchor where the X-ray does "
+                f"(local correlation {similarity:.2f}, at least {LEAST_SIMILARITY:g} is expected): check it, or "
+                "whether the patient moved between the X-rays, or let it be refined."
             )
-        elif expected is not None and similarity < CERTAIN_SIMILARITY:
+        elif n in uncertain and similarity < CERTAIN_SIMILARITY:
             verdict.distrust.append(
                 f"The camera of {label} is uncertain (local correlation around the anchor {similarity:.2f}; "
                 f"{CERTAIN_SIMILARITY:g} would settle it): check it in the overlay, or give a better initial camera or "

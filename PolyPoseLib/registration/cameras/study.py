@@ -185,7 +185,7 @@ def _find_one(run: Run, how: CameraStage, xray: Xray, search: bool) -> _Found:
         observation = without_foreign_objects(run, Observation(xray.image, xray.mask, camera))
         return _Found(observation, similarity=anchor_similarity(run, observation))
     found = initial_camera(run, xray, model=how.regressor)
-    observation = _observed(run, xray, found)
+    observation = _observed(run, xray, found, how.refined)
     if not how.refined:
         return _Found(observation, found.warnings, sure=found.sure)
     refinement = how.refine(run, observation, xray.source_to_detector_mm, search)
@@ -197,9 +197,10 @@ def _find_one(run: Run, how: CameraStage, xray: Xray, search: bool) -> _Found:
 def _find_rig(run: Run, how: CameraStage, xrays: Sequence[Xray]) -> list[_Found]:
     """The X-rays of one rig."""
     pairs = list(zip(xrays, initial_rig_cameras(run, xrays, model=how.regressor), strict=True))
-    observations = [_observed(run, xray, each) for xray, each in pairs]
+    refined = how.refined and not any(xray.camera == "known" for xray in xrays)
+    observations = [_observed(run, xray, each, refined) for xray, each in pairs]
     refinements: Sequence[RefinedCamera | None] = [None] * len(xrays)
-    if how.refined and not any(xray.camera == "known" for xray in xrays):
+    if refined:
         refinements = find_rig_near(run, observations, how.rig_levels)
     return [
         _Found(
@@ -214,10 +215,11 @@ def _find_rig(run: Run, how: CameraStage, xrays: Sequence[Xray]) -> list[_Found]
     ]
 
 
-def _observed(run: Run, xray: Xray, found: FoundCamera) -> Observation:
-    """The X-ray with its initial camera, without foreign objects."""
+def _observed(run: Run, xray: Xray, found: FoundCamera, refined: bool) -> Observation:
+    """The X-ray with its initial camera, expected near it where it will be refined, without foreign objects."""
     camera = found.camera_of(xray)
-    observation = Observation(xray.image, xray.mask, camera, expected_near(camera, found.within))
+    expected = expected_near(camera, found.within) if refined else None
+    observation = Observation(xray.image, xray.mask, camera, expected)
     return without_foreign_objects(run, observation)
 
 

@@ -127,6 +127,17 @@ def test_a_known_camera_places_the_others_exactly(simulated, study):
         np.testing.assert_allclose(found.extrinsic, right.extrinsic, atol=1e-6)
 
 
+@pytest.mark.parametrize("how", ["a known camera", "not refined"])
+def test_cameras_that_are_not_refined_must_show_the_anchor(simulated, study, how):
+    """Whether the rig holds them or the study says so: nothing says how far off they may be, the X-ray decides."""
+    centre = study.ct.to_world(np.array(study.ct.voxels.shape)[None, ::-1] / 2)[0]
+    wrong = about(perturbation(np.r_[np.zeros(3), 0.0, 0.0, 25.0]), centre)
+    camera, options = ("known", {}) if how == "a known camera" else ("initial", {"refine_cameras": False})
+    first = replace(study.xrays[0], extrinsic=simulated.cameras[0].extrinsic @ wrong, camera=camera)
+    result = register(replace(study, xrays=(first, study.xrays[1]), options={**study.options, **options}))
+    assert sum("was not to be refined" in reason for reason in result.distrust) == 2
+
+
 def test_two_known_cameras_stay_as_they_are_and_must_fit_their_rig(simulated, study):
     nudge = np.eye(4)
     nudge[0, 3] = 1.0
