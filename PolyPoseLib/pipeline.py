@@ -13,14 +13,12 @@ from PolyPoseLib.data.options import Options
 from PolyPoseLib.data.progress import CancelQuery, Monitor, ProgressCallback
 from PolyPoseLib.data.result import CameraResult, Result, StructureResult, installed_versions
 from PolyPoseLib.data.study import Study
+from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.io.machine_memory import require_memory
 from PolyPoseLib.io.transforms import preview_writer
+from PolyPoseLib.registration.bones.agreement import structure_agreement
 from PolyPoseLib.registration.bones.joint import fit_structures
-from PolyPoseLib.registration.bones.rejection import (
-    inconsistency_warnings,
-    inconsistent_structures,
-    reasons_against_most,
-)
+from PolyPoseLib.registration.bones.rejection import inconsistency_warnings, reasons_against_most
 from PolyPoseLib.registration.cameras.certainty import CameraVerdict, judge_cameras
 from PolyPoseLib.registration.cameras.initial import Regressor
 from PolyPoseLib.registration.cameras.multistart import RefinedCamera, find_camera_near
@@ -50,8 +48,9 @@ from PolyPoseLib.registration.uncertainty.checks import (
     reasons_for_distrust,
     score_views,
 )
-from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty, pose_uncertainties
-from PolyPoseLib.registration.uncertainty.local_minima import widened_by_local_minima
+from PolyPoseLib.registration.uncertainty.doubts import Evidence, disputed_warnings, doubts_about
+from PolyPoseLib.registration.uncertainty.intervals import distortion_error, structure_uncertainties
+from PolyPoseLib.registration.uncertainty.visibility import structure_visibility
 from PolyPoseLib.rendering.select import resolve_device, select_backend
 
 
@@ -118,12 +117,23 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
     final = [o.with_camera(c) for o, c in zip(cameras.refined, joint.cameras, strict=True)]
     with monitor.timed("scoring"):
         after = score_views(run, final, joint.poses)
-        inconsistent = inconsistent_structures(run, final, joint.poses)
+        agreement = structure_agreement(run, final, joint.poses)
         verdict = judge_cameras(run, [xray.name for xray in study.xrays], final, cameras.uncertain)
     with monitor.timed("uncertainty"):
-        uncertainties = _uncertainties(run, joint, inconsistent) if options.uncertainty else {}
-    fitted = _Fitted(cameras, joint, before, after, inconsistent, uncertainties, verdict)
-    return _result(study, options, run, fitted, device)
+        uncertainties = {}
+        if options.uncertainty:
+            systematic = distortion_error(cameras.xrays, final, run.scene.anchor_centre)
+            uncertainties = structure_uncertainties(run, joint, agreement, systematic)
+    masks = [xray.mask for xray in cameras.xrays]
+    evidence = Evidence(
+        [xray.name or view_name(n) for n, xray in enumerate(study.xrays)],
+        agreement,
+        structure_visibility(run.scene, masks, final, joint.poses),
+        uncertainties,
+        [xray.maybe_distorted for xray in cameras.xrays],
+        magnification,
+    )
+    return _result(study, options, run, _Fitted(cameras, joint, before, after, evidence, verdict), device)
 
 
 def camera_regressor(study: Study, path: str | Path | None) -> Regressor | None:
@@ -187,27 +197,17 @@ def _soft_tissue(study: Study, options: Options, preset: Preset, magnification: 
     )
 
 
-def _uncertainties(run: Run, joint: JointResult, inconsistent: list[int]) -> dict[int, PoseUncertainty]:
-    """Of every pose; inconsistent ones are as uncertain as those that no X-ray shows."""
-    of_all = pose_uncertainties(joint.problem, joint.state)
-    consistent = {k: each for k, each in of_all.items() if k not in inconsistent}
-    step = run.named("uncertainty").step
-    widened = widened_by_local_minima(joint.problem, joint.state, consistent, step)
-    return {k: PoseUncertainty.unseen() for k in of_all} | widened
-
-
 @dataclass(frozen=True)
 class _Fitted:
-    """cameras: of stage A; joint: of stage B; before, after: scores at rest and of the result; inconsistent: structures
-    that the X-rays contradict; uncertainties: by structure; verdict: on the cameras.
+    """cameras: of stage A; joint: of stage B; before, after: scores at rest and of the result; evidence: what is known
+    of the poses; verdict: on the cameras.
     """
 
     cameras: StudyCameras
     joint: JointResult
     before: ViewScores
     after: ViewScores
-    inconsistent: list[int]
-    uncertainties: dict[int, PoseUncertainty]
+    evidence: Evidence
     verdict: CameraVerdict
 
 
@@ -237,7 +237,7 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted, device: s
         xray_masks=[each.mask for each in fitted.cameras.refined],
         distrust=(
             *fitted.verdict.distrust,
-            *reasons_against_most(run.scene, fitted.inconsistent),
+            *reasons_against_most(run.scene, fitted.evidence.agreement.inconsistent(run.scene.anchor)),
             *reasons_for_distrust(run.scene, names, fitted.before, fitted.after, joint.poses),
         ),
     )
@@ -266,21 +266,25 @@ def _renderings(run: Run, fitted: _Fitted) -> tuple[list[np.ndarray], list[np.nd
 
 
 def _warnings(study: Study, scene: Scene, fitted: _Fitted) -> list[str]:
+    doubts = doubts_about(scene, fitted.evidence)
+    inconsistent = fitted.evidence.agreement.inconsistent(scene.anchor)
     return [
         *study.warnings,
         *(f"{xray.name}: {warning}" for xray in fitted.cameras.xrays for warning in xray.warnings),
         *fitted.cameras.warnings,
         *fitted.verdict.warnings,
         *hidden_structures(scene, fitted.after),
-        *inconsistency_warnings(scene, fitted.inconsistent),
+        *inconsistency_warnings(scene, {k: doubts[k] for k in inconsistent}),
+        *disputed_warnings(scene, fitted.evidence),
     ]
 
 
 def _structures(scene: Scene, fitted: _Fitted) -> dict[str, StructureResult]:
     structures = {}
+    doubts = doubts_about(scene, fitted.evidence)
     for k, name in enumerate(scene.names):
         pose, centre = fitted.joint.poses[k], scene.centres[k]
-        uncertainty = fitted.uncertainties.get(k)
+        uncertainty = fitted.evidence.uncertainties.get(k)
         fields = None if uncertainty is None else uncertainty.to_dict(fitted.joint.cameras, pose, centre)
-        structures[name] = StructureResult.from_pose(pose, centre, fields)
+        structures[name] = StructureResult.from_pose(pose, centre, fields, doubts.get(k, ()))
     return structures

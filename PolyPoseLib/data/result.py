@@ -49,6 +49,8 @@ class StructureResult:
         95 % intervals in mm and degrees (see INTERVALS), or None when they were not computed.
     centroid : (3,) array or None
         Of the structure in the CT, LPS mm, or None when it is not known.
+    doubts : tuple of str
+        Why not to rely on the pose, one clause each; empty where nothing speaks against it.
 
     """
 
@@ -58,10 +60,15 @@ class StructureResult:
     axis: np.ndarray
     uncertainty: Mapping[str, Any] | None = None
     centroid: np.ndarray | None = None
+    doubts: tuple[str, ...] = ()
 
     @classmethod
     def from_pose(
-        cls, fixed_to_moving: np.ndarray, centroid: np.ndarray, uncertainty: Mapping[str, Any] | None = None
+        cls,
+        fixed_to_moving: np.ndarray,
+        centroid: np.ndarray,
+        uncertainty: Mapping[str, Any] | None = None,
+        doubts: tuple[str, ...] = (),
     ) -> StructureResult:
         """From the pose (4, 4) and the structure's centroid (3,) in the CT, LPS mm."""
         pose = np.asarray(fixed_to_moving, dtype=np.float64)
@@ -73,7 +80,7 @@ class StructureResult:
         angle = float(np.linalg.norm(vector))
         axis = vector / angle if angle > 1e-12 else np.array([0.0, 0.0, 1.0])
         shift = motion[:3, :3] @ centroid + motion[:3, 3] - centroid
-        return cls(pose, float(np.degrees(angle)), shift, axis, uncertainty, centroid)
+        return cls(pose, float(np.degrees(angle)), shift, axis, uncertainty, centroid, doubts)
 
 
 @dataclass(frozen=True)

@@ -61,6 +61,8 @@ class Xray:
         Points with pixels of `image`, or None.
     rig
         The camera's place in a rig whose cameras keep their relative pose, or None.
+    maybe_distorted
+        Whether an image intensifier's distortion may be left in it.
 
     Raises
     ------
@@ -86,6 +88,7 @@ class Xray:
     standard_view: str | None = None
     landmarks: Landmarks | None = None
     rig: RigPose | None = None
+    maybe_distorted: bool = False
 
     def __post_init__(self) -> None:
         """Validate, and fix the types."""

@@ -185,6 +185,8 @@ def _structure_fields(structure: StructureResult) -> dict[str, Any]:
         fields["centroid"] = structure.centroid
     if structure.uncertainty is not None:
         fields["uncertainty"] = structure.uncertainty
+    if structure.doubts:
+        fields["doubts"] = structure.doubts
     return fields
 
 
@@ -279,6 +281,7 @@ def _read_structure(value: Any, place: str) -> StructureResult:
         motion.required("axis", array(3, finite=False)),
         record.optional("uncertainty", _read_uncertainty),
         centroid if given is None else given,
+        tuple(record.optional("doubts", list_of(string)) or ()),
     )
 
 

@@ -24,7 +24,7 @@ from PolyPoseLib.learned.posed_scene import PosedScene
 from PolyPoseLib.learned.samples import Batch, Sampler, training_batches, validation_batches
 from PolyPoseLib.learned.training_state import TrainingState
 from PolyPoseLib.learned.view_range import ViewRange
-from PolyPoseLib.registration.scene import Scene, anchor_points
+from PolyPoseLib.registration.scene import Scene, body_points
 from PolyPoseLib.rendering.select import select_backend
 from PolyPoseLib.similarity.torch_threads import torch_threads
 
@@ -198,7 +198,7 @@ class Trainer:
         self.sampler = Sampler(posed, views, detector, plan.seed, plan.renderings, plan.copies)
         self.centre = torch.as_tensor(scene.anchor_centre, dtype=torch.float64, device=device)
         self.rotations = torch.as_tensor(views.centres, dtype=torch.float64, device=device)
-        points = anchor_points(posed.bodies[scene.anchor], 200)
+        points = body_points(posed.bodies[scene.anchor], 200)
         self.points = torch.as_tensor(points, dtype=torch.float64, device=device)
         self.radius_mm = float((self.points - self.centre).norm(dim=1).mean())
         single = Sampler(posed, views, detector, plan.seed, plan.renderings, 1)

@@ -131,5 +131,5 @@ def _structure(structure: StructureResult, back: float) -> StructureResult:
             "across_mm": [back * each for each in stated["across_mm"]],
         }
     return StructureResult.from_pose(
-        _moved(structure.fixed_to_moving, back), back * structure.centroid, stated
+        _moved(structure.fixed_to_moving, back), back * structure.centroid, stated, structure.doubts
     )

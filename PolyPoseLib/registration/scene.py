@@ -100,7 +100,7 @@ class Scene:
         return Body(grid.voxels, grid.affine, self.centres[number])
 
 
-def anchor_points(body: Body, most: int = 1500) -> np.ndarray:
+def body_points(body: Body, most: int = 1500) -> np.ndarray:
     """(N, 3) LPS mm, about ``most`` points spread over a body's voxels."""
     index = np.argwhere(body.voxels > 0.1 * body.voxels.max())[:, ::-1]
     index = index[:: max(1, len(index) // most)]

@@ -130,7 +130,7 @@ def test_the_program_s_own_words_count_as_a_flag():
     from PolyPoseLib.registration.bones.rejection import inconsistency_warnings
 
     scene = SimpleNamespace(names=("femur_left", "femur"))
-    (warning,) = inconsistency_warnings(scene, [0])
+    (warning,) = inconsistency_warnings(scene, {0: ("its rendering does not match X-ray 1",)})
     assert is_flagged("femur_left", {"warnings": [warning]})
     assert not is_flagged("femur", {"warnings": [warning]})
     assert not is_flagged("femur", {"warnings": ['structure "femur" has 50 voxels']})

@@ -90,6 +90,8 @@ class XrayFields:
     rig
         Name of the calibrated rig (a biplane stand, say) that took it; the cameras of one rig keep their relative
         pose, which comes from their calibrations, or else from their extrinsics; all of them in the same world.
+    distortion_corrected
+        Whether an image intensifier's distortion was corrected; None leaves it to the shape of the field.
 
     """
 
@@ -115,6 +117,7 @@ class XrayFields:
     calibration: str | Path | None = None
     calibration_frame: str | None = None
     rig: str | None = None
+    distortion_corrected: bool | None = None
 
     @staticmethod
     def parse(entry: Mapping[str, Any], where: str) -> XrayFields:
@@ -162,6 +165,7 @@ class XrayFields:
             calibration=record.optional("calibration", file_path),
             calibration_frame=record.optional("calibration_frame", one_of(CALIBRATION_FRAMES)),
             rig=record.optional("rig", nonempty),
+            distortion_corrected=record.optional("distortion_corrected", boolean),
         )
         return _with_positive_focal(fields, record)
 

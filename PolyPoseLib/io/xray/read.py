@@ -17,6 +17,7 @@ from PolyPoseLib.geometry.distortion import undistorted
 from PolyPoseLib.io.dicom import open_dicom, quiet_pydicom
 from PolyPoseLib.io.xray.calibrated import Calibrated, with_calibration
 from PolyPoseLib.io.xray.detector import Detector, detector_of
+from PolyPoseLib.io.xray.distorted import maybe_distorted
 from PolyPoseLib.io.xray.fields import XrayFields
 from PolyPoseLib.io.xray.folder import study_folder
 from PolyPoseLib.io.xray.given_mask import read_mask
@@ -80,6 +81,7 @@ def read_xray(
     stored, detector = _stored_picture(tags, pixels, calibrated, folder, notes)
     camera = _camera(tags, given, detector, isocenter, notes)
     _refuse_mirrored_rig(camera, calibrated, notes)
+    distorted = maybe_distorted(tags, pixels.mask, calibrated, notes)
     picture = stored.reversed(notes) if camera.mirrored else stored
     return Xray(
         image=picture.image,
@@ -99,6 +101,7 @@ def read_xray(
         standard_view=given.standard_view,
         landmarks=picture.landmarks,
         rig=calibrated.rig,
+        maybe_distorted=distorted,
     )
 
 

@@ -19,7 +19,7 @@ from PolyPoseLib.registration.cameras.template_match import MaskedMatcher
 from PolyPoseLib.registration.fit.levels import FLAT_LINE_INTEGRAL, Observation, binned
 from PolyPoseLib.registration.fit.weighting import VISIBLE_LINE_INTEGRAL
 from PolyPoseLib.registration.run import Run
-from PolyPoseLib.registration.scene import Scene, anchor_points
+from PolyPoseLib.registration.scene import Scene, body_points
 from PolyPoseLib.rendering.rigid import Body, BodyProjection, project_body
 from PolyPoseLib.similarity.local_contrast import LocalContrast
 
@@ -81,7 +81,7 @@ class CoarseSearch:
         self.centre = scene.anchor_centre
         self.whole = scene.volume("whole", SIZE_MM)
         self.anchor = scene.bodies(SIZE_MM)[scene.anchor]
-        self.reach = float(np.linalg.norm(anchor_points(self.anchor) - self.centre, axis=1).max())
+        self.reach = float(np.linalg.norm(body_points(self.anchor) - self.centre, axis=1).max())
         self.backend, self.grid, self.depths = run.backend, grid, depths
         full = observation.camera
         middle = float(np.sqrt(depths.min() * depths.max()))
@@ -166,4 +166,4 @@ class CoarseSearch:
 
 def compared_points(scene: Scene) -> np.ndarray:
     """Points (N, 3) LPS mm of the anchor by whose projections cameras are compared."""
-    return anchor_points(scene.bodies(SIZE_MM)[scene.anchor], 300)
+    return body_points(scene.bodies(SIZE_MM)[scene.anchor], 300)

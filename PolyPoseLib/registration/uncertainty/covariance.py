@@ -8,7 +8,7 @@ of the scores times inverse curvature (Liang and Zeger, Biometrika 73, 1986).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,14 @@ UNSEEN_ROTATION_DEG = 30.0
 UNSEEN_TRANSLATION_MM = 50.0
 """Standard deviations of a pose that no X-ray shows."""
 
+DOUBTED_ROTATION_DEG = 10.0
+DOUBTED_TRANSLATION_MM = 10.0
+"""Standard deviations of a pose that the X-rays contradict: it is the best within the reach of the restarts."""
+
+TYPICAL_CONTRAST = 0.12
+"""Contrast of a bone, in variances of the X-ray's local contrast, at which INFLATION was measured. Errors of the soft
+tissue around a bone are as large whatever its contrast, so that they displace a fainter one farther."""
+
 _UNSEEN = np.array([np.radians(UNSEEN_ROTATION_DEG)] * 3 + [UNSEEN_TRANSLATION_MM] * 3)
 
 
@@ -51,15 +59,49 @@ class PoseUncertainty:
     covariance : (6, 6) ndarray
         Of [rotation (rad), translation (mm)], a perturbation on the left of the pose fixed to moving, about the
         structure's centroid.
+    rival_mm : float
+        Distance to another place that fits the X-rays as well, rotations counted by a lever; 0 without one.
 
     """
 
     covariance: np.ndarray
+    rival_mm: float = 0.0
+
+    @classmethod
+    def independent(cls, rotation_deg: float, translation_mm: float) -> PoseUncertainty:
+        """Of these standard deviations about and along every axis."""
+        deviations = np.array([np.radians(rotation_deg)] * 3 + [translation_mm] * 3)
+        return cls(np.diag(deviations**2))
 
     @classmethod
     def unseen(cls) -> PoseUncertainty:
-        """Of a pose that no X-ray shows, or that one contradicts."""
-        return cls(np.diag(_UNSEEN**2))
+        """Of a pose that no X-ray shows."""
+        return cls.independent(UNSEEN_ROTATION_DEG, UNSEEN_TRANSLATION_MM)
+
+    @classmethod
+    def doubted(cls) -> PoseUncertainty:
+        """Of a pose that the X-rays contradict."""
+        return cls.independent(DOUBTED_ROTATION_DEG, DOUBTED_TRANSLATION_MM)
+
+    @classmethod
+    def shift_along(cls, direction: np.ndarray, deviation_mm: float) -> PoseUncertainty:
+        """Of a shift along a unit direction (3,) of the CT."""
+        covariance = np.zeros((6, 6))
+        covariance[3:, 3:] = deviation_mm**2 * np.outer(direction, direction)
+        return cls(covariance)
+
+    @property
+    def widest_mm(self) -> float:
+        """Half width of the 95 % interval of the centroid along its least certain direction."""
+        return float(1.96 * np.sqrt(np.linalg.eigvalsh(self.covariance[3:, 3:])[-1]))
+
+    def with_error(self, other: PoseUncertainty) -> PoseUncertainty:
+        """With an independent error more."""
+        return replace(self, covariance=self.covariance + other.covariance)
+
+    def at_contrast(self, contrast: float) -> PoseUncertainty:
+        """Of a bone of this contrast, in variances of the X-ray's local contrast."""
+        return replace(self, covariance=self.covariance * max(1.0, TYPICAL_CONTRAST / max(contrast, 1e-3)))
 
     def to_dict(
         self, cameras: list[Camera], fixed_to_moving: np.ndarray, centre: np.ndarray

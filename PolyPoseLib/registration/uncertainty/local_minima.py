@@ -64,7 +64,7 @@ def widened_by_local_minima(
     for n, (k, uncertainty) in enumerate(uncertainties.items()):
         step(n, len(uncertainties))
         away = max(_other_minima(problem, state, k, uncertainty), key=_size_mm, default=np.zeros(6))
-        widened[k] = PoseUncertainty(uncertainty.covariance + np.outer(away, away))
+        widened[k] = PoseUncertainty(uncertainty.covariance + np.outer(away, away), _size_mm(away))
     return widened
 
 

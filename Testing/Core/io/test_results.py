@@ -17,8 +17,9 @@ from scipy.spatial.transform import Rotation
 from PolyPoseLib.data.result import StructureResult
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io import report
-from PolyPoseLib.io.results import load_result
+from PolyPoseLib.io.results import load_result, save_result
 from PolyPoseLib.io.whole_folders import check_destination
+from PolyPoseLib.registration.magnification import at_true_size
 
 
 def contents(folder):
@@ -60,6 +61,18 @@ def test_a_result_comes_back_as_it_was(tmp_path):
     assert back.warped_ct.same_grid(result.warped_ct, 1e-3)
     assert np.array_equal(back.transform.vectors, result.transform.vectors)
     assert np.allclose(back.renderings_after, result.renderings_after)
+
+
+def test_doubts_come_back_and_are_absent_where_there_are_none(tmp_path):
+    result = make_result()
+    doubts = ("metal hides it in X-ray 2", "only X-ray 1 shows it")
+    result.structures["femur"] = dataclasses.replace(result.structures["femur"], doubts=doubts)
+    save_result(result, tmp_path / "result")
+    structures = json.loads((tmp_path / "result" / "result.json").read_text())["structures"]
+    assert structures["femur"]["doubts"] == list(doubts) and "doubts" not in structures["pelvis"]
+    loaded = load_result(tmp_path / "result").structures
+    assert (loaded["femur"].doubts, loaded["pelvis"].doubts) == (doubts, ())
+    assert at_true_size(result, 4.0).structures["femur"].doubts == doubts
 
 
 def test_the_transform_is_an_itk_transform_from_fixed_to_moving(tmp_path):

@@ -12,13 +12,13 @@ from PolyPoseLib.learned.detector import VirtualDetector
 from PolyPoseLib.learned.image_loss import ImageLoss
 from PolyPoseLib.learned.loss import SOFT_MM, geodesic_mm, projection_mm
 from PolyPoseLib.learned.view_range import ViewRange
-from PolyPoseLib.registration.scene import anchor_points
+from PolyPoseLib.registration.scene import body_points
 from PolyPoseLib.rendering.select import select_backend
 
 RANGE = ViewRange(("AP",), 700.0, angle_deg=20, offset_mm=30)
 SCENE = learned_phantom.scene()
 CENTRE = torch.as_tensor(SCENE.anchor_centre)
-POINTS = torch.as_tensor(anchor_points(SCENE.bodies(6.0)[0], 40))
+POINTS = torch.as_tensor(body_points(SCENE.bodies(6.0)[0], 40))
 
 
 def pairs(count, size, seed=0):

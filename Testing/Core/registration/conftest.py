@@ -3,7 +3,7 @@
 import pytest
 from phantom_study import case
 
-from PolyPoseLib.registration.scene import Scene, anchor_points
+from PolyPoseLib.registration.scene import Scene, body_points
 
 
 @pytest.fixture(scope="module")
@@ -18,4 +18,4 @@ def scene(simulated):
 
 @pytest.fixture(scope="module")
 def points(scene):
-    return anchor_points(scene.bodies(6.0)[scene.anchor], 200)
+    return body_points(scene.bodies(6.0)[scene.anchor], 200)

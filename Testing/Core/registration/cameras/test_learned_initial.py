@@ -9,7 +9,7 @@ from PolyPoseLib.registration.cameras import initial as initial
 from PolyPoseLib.registration.cameras.hypotheses import apart_mm
 from PolyPoseLib.registration.cameras.initial import initial_camera
 from PolyPoseLib.registration.cameras.search import perturbed
-from PolyPoseLib.registration.scene import anchor_points
+from PolyPoseLib.registration.scene import body_points
 from PolyPoseLib.simulation.case_study import case_to_study
 
 
@@ -50,7 +50,7 @@ def found_camera(simulated, scene, model, method="auto"):
 def test_proposals_near_the_truth_lead_to_it(simulated, scene, searches):
     rng, true = np.random.default_rng(3), simulated.cameras[0]
     model = Fake([perturbed(true, scene.anchor_centre, rng) for _ in range(3)])
-    points = anchor_points(scene.bodies(6.0)[scene.anchor], 200)
+    points = body_points(scene.bodies(6.0)[scene.anchor], 200)
     assert min(apart_mm(true, camera, points) for camera in model.cameras) > 1
     found = found_camera(simulated, scene, model)
     assert apart_mm(true, true.with_extrinsic(found.extrinsic), points) < 1

@@ -1,0 +1,128 @@
+"""Why a pose is doubtful, in the words of the person who looks at the X-rays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from PolyPoseLib.data.view_names import label_of
+from PolyPoseLib.registration.bones.agreement import Agreement
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
+from PolyPoseLib.registration.uncertainty.visibility import Visibility
+
+WIDE_MM = 5.0
+"""Half width of a 95 % interval beyond which a pose is doubtful."""
+
+OUTSIDE, HIDDEN = 0.25, 0.1
+"""Shares of a structure beside the picture, or behind metal, that are worth a word."""
+
+FAINT = 0.03
+"""Contrast of a structure, in variances of the X-ray's local contrast, below which it stands out little."""
+
+LEAST_RIVAL_MM = 2.0
+"""Other places nearer than that are the same one."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What is known of the structures' poses.
+
+    Attributes
+    ----------
+    names : sequence of str
+        Of the N X-rays.
+    agreement : Agreement
+        Of K structures with them.
+    visibility : Visibility
+        Of the same.
+    uncertainties : mapping of int to PoseUncertainty
+        By structure; those of inconsistent ones do not matter, and it may be empty.
+    distorted : sequence of bool
+        Which X-rays may be.
+    magnification : float
+        How many times the scene is larger than the patient.
+
+    """
+
+    names: Sequence[str]
+    agreement: Agreement
+    visibility: Visibility
+    uncertainties: Mapping[int, PoseUncertainty]
+    distorted: Sequence[bool]
+    magnification: float = 1.0
+
+
+def doubts_about(scene: Scene, evidence: Evidence) -> dict[int, tuple[str, ...]]:
+    """Reasons to doubt poses.
+
+    Parameters
+    ----------
+    scene : Scene
+        The structures.
+    evidence : Evidence
+        What is known of their poses.
+
+    Returns
+    -------
+    dict of int to tuple of str
+        Clauses, the gravest first, by the index of every structure that is inconsistent, that no X-ray shows, or whose
+        interval is wide.
+
+    """
+    agreement = evidence.agreement
+    inconsistent = agreement.inconsistent(scene.anchor)
+    contradicted = agreement.contradicted
+    doubts: dict[int, tuple[str, ...]] = {}
+    for k in scene.moving:
+        if np.isnan(agreement.residuals[k]).all():
+            doubts[k] = ("it shows in no X-ray",)
+        elif k in inconsistent:
+            against = _those(evidence.names, contradicted[k])
+            doubts[k] = (f"its rendering does not match {against}", *_causes(evidence, k))
+        elif k in evidence.uncertainties and evidence.uncertainties[k].widest_mm > WIDE_MM:
+            doubts[k] = tuple(_causes(evidence, k)) or ("the X-rays determine its pose weakly",)
+    return doubts
+
+
+def disputed_warnings(scene: Scene, evidence: Evidence) -> list[str]:
+    """Warnings about structures that some X-rays contradict while others show them where they are."""
+    agreement = evidence.agreement
+    against, support = agreement.contradicted, agreement.supported
+    warnings = []
+    for k in scene.moving:
+        if agreement.disputed[k]:
+            warnings.append(
+                f'Something covers or changes "{scene.names[k]}" in {_those(evidence.names, against[k])}, where its '
+                f"rendering does not match: its pose rests mostly on {_those(evidence.names, support[k])}; check it "
+                "in the overlay."
+            )
+    return warnings
+
+
+def _causes(evidence: Evidence, k: int) -> Iterator[str]:
+    """What makes a pose doubtful, as far as the X-rays tell."""
+    agreement, visibility = evidence.agreement, evidence.visibility
+    for n, name in enumerate(evidence.names):
+        if visibility.hidden[k, n] >= HIDDEN:
+            yield f"metal or an instrument hides {visibility.hidden[k, n]:.0%} of it in {label_of(name)}"
+    for n, name in enumerate(evidence.names):
+        if visibility.outside[k, n] >= OUTSIDE:
+            yield f"{visibility.outside[k, n]:.0%} of it lies beside the picture of {label_of(name)}"
+    if any(evidence.distorted):
+        yield f"distortion may be left in {_those(evidence.names, np.array(evidence.distorted))}"
+    rival = evidence.uncertainties[k].rival_mm if k in evidence.uncertainties else 0.0
+    if rival >= LEAST_RIVAL_MM:
+        yield f"another place, {rival / evidence.magnification:.0f} mm away, fits the X-rays as well"
+    shows = ~np.isnan(agreement.contrast[k])
+    if shows.sum() == 1:
+        yield f"only {_those(evidence.names, shows)} shows it"
+    if shows.any() and np.nanmax(agreement.contrast[k]) < FAINT:
+        yield "it stands out little from the soft tissue"
+
+
+def _those(names: Sequence[str], which: np.ndarray) -> str:
+    """The X-rays whose flag in ``which`` (N,) is set."""
+    return " and ".join(label_of(name) for name, each in zip(names, which, strict=True) if each)

@@ -1,0 +1,99 @@
+"""The uncertainty that is stated for every structure: all that is known of how far its pose may be off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from PolyPoseLib.data.xray import Xray
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.bones.agreement import Agreement
+from PolyPoseLib.registration.fit.levels import Observation, pixel_size_mm
+from PolyPoseLib.registration.fit.problem import JointResult
+from PolyPoseLib.registration.run import Run
+from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty, pose_uncertainties
+from PolyPoseLib.registration.uncertainty.local_minima import widened_by_local_minima
+
+DISTORTION = 0.015
+"""Standard deviation that an image intensifier's distortion leaves in poses, in radians and relative to the radius of
+its field at the patient. Pincushion of 5 to 7 % at the edge and an S of 2 to 3 degrees displace bones by 0.5 to 4 % of
+the radius, see Testing/Benchmarks/degraded.py."""
+
+
+UNCONFIRMED_MM = 4.0
+"""Standard deviation along the beam of the one X-ray that shows a bone, where another contradicts it."""
+
+
+def structure_uncertainties(
+    run: Run, joint: JointResult, agreement: Agreement, systematic: PoseUncertainty | None = None
+) -> dict[int, PoseUncertainty]:
+    """Of every pose that was fitted.
+
+    Parameters
+    ----------
+    run : Run
+        The patient and the monitor.
+    joint : JointResult
+        Of the last level.
+    agreement : Agreement
+        Of the structures with the X-rays.
+    systematic : PoseUncertainty, optional
+        An error that all poses may have, whatever the images show.
+
+    Returns
+    -------
+    dict of int to PoseUncertainty
+        By index of the structure; those that the X-rays contradict have no curvature to speak of.
+
+    """
+    inconsistent = agreement.inconsistent(run.scene.anchor)
+    of_all = pose_uncertainties(joint.problem, joint.state)
+    consistent = {k: each for k, each in of_all.items() if k not in inconsistent}
+    step = run.named("uncertainty").step
+    stated = {k: PoseUncertainty.doubted() for k in of_all}
+    for k, each in widened_by_local_minima(joint.problem, joint.state, consistent, step).items():
+        contrast = agreement.contrast[k]
+        stated[k] = each if np.isnan(contrast).all() else each.at_contrast(float(np.nanmean(contrast)))
+        supporting = np.flatnonzero(agreement.supported[k]).tolist()
+        if agreement.disputed[k] and len(supporting) == 1:
+            beam = _beam(joint.cameras[supporting[0]], joint.poses[k], run.scene.centres[k])
+            stated[k] = stated[k].with_error(PoseUncertainty.shift_along(beam, UNCONFIRMED_MM))
+    return {k: each if systematic is None else each.with_error(systematic) for k, each in stated.items()}
+
+
+def _beam(camera: Camera, fixed_to_moving: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """(3,) unit direction in the CT of the ray through a structure's centroid (3,)."""
+    source = fixed_to_moving[:3, :3] @ camera.source + fixed_to_moving[:3, 3]
+    ray = centre - source
+    return ray / np.linalg.norm(ray)
+
+
+def distortion_error(
+    xrays: Sequence[Xray], observations: Sequence[Observation], point: np.ndarray
+) -> PoseUncertainty | None:
+    """What distortion that was not corrected may do to poses.
+
+    Parameters
+    ----------
+    xrays : sequence of Xray
+        Of which some may be distorted.
+    observations : sequence of Observation
+        The same with their cameras.
+    point : (3,) ndarray
+        LPS mm, where the field's radius is measured.
+
+    Returns
+    -------
+    PoseUncertainty or None
+        None where no X-ray is distorted.
+
+    """
+    radii = [
+        min(observation.image.shape) / 2 * pixel_size_mm(observation.camera, point)
+        for xray, observation in zip(xrays, observations, strict=True)
+        if xray.maybe_distorted
+    ]
+    if not radii:
+        return None
+    return PoseUncertainty.independent(float(np.degrees(DISTORTION)), DISTORTION * max(radii))

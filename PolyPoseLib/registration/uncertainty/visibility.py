@@ -1,0 +1,75 @@
+"""How much of each structure each X-ray shows: what lies beside its picture, and what metal hides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from PolyPoseLib.geometry.rigid import rigid_inverse
+from PolyPoseLib.registration.fit.levels import Observation
+from PolyPoseLib.registration.scene import Scene, body_points
+
+VOXEL_MM = 3.0
+POINTS = 500
+"""Of a structure, by which shares are counted."""
+
+
+@dataclass(frozen=True)
+class Visibility:
+    """Shares, 0 to 1, of K structures in N X-rays.
+
+    Attributes
+    ----------
+    outside : (K, N) ndarray
+        Beside the picture, or behind its shutter.
+    hidden : (K, N) ndarray
+        Behind metal or instruments that were left out.
+
+    """
+
+    outside: np.ndarray
+    hidden: np.ndarray
+
+
+def structure_visibility(
+    scene: Scene, masks: Sequence[np.ndarray], observations: Sequence[Observation], poses: np.ndarray
+) -> Visibility:
+    """Count the points of every structure by where they project.
+
+    Parameters
+    ----------
+    scene : Scene
+        The structures.
+    masks : sequence of (H, W) ndarray
+        bool, of the N X-rays as they were given.
+    observations : sequence of Observation
+        The same with their cameras, and with the masks that were used.
+    poses : (K, 4, 4) ndarray
+        Fixed to moving.
+
+    Returns
+    -------
+    Visibility
+        Of the K structures in the N X-rays.
+
+    """
+    outside, hidden = np.zeros((2, len(poses), len(observations)))
+    for k, body in enumerate(scene.bodies(VOXEL_MM)):
+        to_fixed = rigid_inverse(poses[k])
+        points = body_points(body, POINTS) @ to_fixed[:3, :3].T + to_fixed[:3, 3]
+        for n, (mask, observation) in enumerate(zip(masks, observations, strict=True)):
+            given, used = (_at(points, observation, each) for each in (mask, observation.mask))
+            outside[k, n] = 1 - given.mean()
+            hidden[k, n] = (given & ~used).mean()
+    return Visibility(outside, hidden)
+
+
+def _at(points: np.ndarray, observation: Observation, mask: np.ndarray) -> np.ndarray:
+    """(P,) bool: which points (P, 3) LPS mm project into a mask."""
+    camera = observation.camera
+    column, row = np.rint(camera.project(points)).T  # not a number behind the source
+    shows = (row >= 0) & (row < camera.height) & (column >= 0) & (column < camera.width)
+    shows[shows] = mask[row[shows].astype(int), column[shows].astype(int)]
+    return shows

@@ -1,0 +1,44 @@
+"""Shares of a bone beside the picture and behind metal are those of its points."""
+
+import numpy as np
+import pytest
+
+from PolyPoseLib.registration.fit.levels import Observation
+from PolyPoseLib.registration.uncertainty.visibility import structure_visibility
+
+FEMUR = 1
+
+
+def seen(simulated, scene, given, used=None):
+    """Visibility in the first X-ray under two masks."""
+    camera = simulated.cameras[0]
+    used = given if used is None else used
+    observation = Observation(simulated.images[0], used, camera)
+    poses = np.stack([simulated.fixed_to_moving[name] for name in scene.names])
+    return structure_visibility(scene, [given], [observation], poses)
+
+
+def test_all_of_a_bone_is_in_a_picture_that_shows_all(simulated, scene):
+    found = seen(simulated, scene, np.ones(simulated.images[0].shape, bool))
+    assert not found.hidden.any() and (found.outside[scene.anchor] < 0.05).all()
+
+
+def test_nothing_is_in_a_picture_that_looks_the_other_way(simulated, scene):
+    camera = simulated.cameras[0]
+    behind = camera.with_extrinsic(np.diag([-1.0, 1.0, -1.0, 1.0]) @ camera.extrinsic)
+    mask = np.ones(simulated.images[0].shape, bool)
+    poses = scene.rest_poses
+    found = structure_visibility(scene, [mask], [Observation(simulated.images[0], mask, behind)], poses)
+    assert (found.outside == 1).all() and not found.hidden.any()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_one_half_of_the_picture_does_not_show_the_other_does(simulated, scene, seed):
+    shape = simulated.images[0].shape
+    middle = np.random.default_rng(seed).integers(shape[1] // 4, 3 * shape[1] // 4)
+    left = np.zeros(shape, bool)
+    left[:, :middle] = True
+    whole = np.ones(shape, bool)
+    alone, other, all_of_it = (seen(simulated, scene, mask).outside for mask in (left, ~left, whole))
+    np.testing.assert_allclose((1 - alone) + (1 - other), 1 - all_of_it, atol=1e-9)
+    np.testing.assert_allclose(seen(simulated, scene, whole, left).hidden, alone - all_of_it, atol=1e-9)
