@@ -53,6 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
         output = save_or_rescue(result, claim)
     if arguments.progress != "json":
         print(motion_table(result))
+        print("".join(f"\n{line}" for line in doubt_lines(result)), end="")
         print(f"\nResult: {output}")
         picture = output / REPORT
         if picture.is_file():
@@ -79,6 +80,11 @@ def register_with_progress(study: Study, kind: str) -> Result:
         if warning not in known:
             _LOG.warning(warning)
     return result
+
+
+def doubt_lines(result: Result) -> list[str]:
+    """Why not to rely on a bone's pose, a line for each that is doubtful."""
+    return [f"{name}: {'; '.join(each.doubts)}" for name, each in result.structures.items() if each.doubts]
 
 
 def motion_table(result: Result) -> str:

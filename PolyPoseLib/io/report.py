@@ -272,6 +272,13 @@ def _notes(result: Result) -> list[tuple[str, str]]:
     ]
     if len(result.warnings) > 6:
         lines.append((f"... and {len(result.warnings) - 6} more warnings in result.json", _BAD))
+    doubtful = [(name, each.doubts) for name, each in result.structures.items() if each.doubts]
+    lines += [
+        (textwrap.shorten(f"{name}: {'; '.join(doubts)}", 200, placeholder=" ..."), _INK)
+        for name, doubts in doubtful[:6]
+    ]
+    if len(doubtful) > 6:
+        lines.append((f"... and {len(doubtful) - 6} more doubtful structures in result.json", _INK))
     return [*lines, ("Research software, not for clinical decisions.", _MUTED)]
 
 

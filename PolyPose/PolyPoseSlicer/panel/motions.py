@@ -30,6 +30,7 @@ def motion_header(relative_to: str | None) -> list[str]:
         _("Superior [mm]"),
         _("Axis (R, A, S)"),
         _("Uncertainty"),
+        _("Doubts"),
     ]
 
 
@@ -45,6 +46,7 @@ def motion_line(row: MotionRow) -> list[str]:
         _decimals(up),
         ", ".join(_decimals(part) for part in row.axis) if row.rotation_deg > 1e-3 else "-",
         uncertainty_text(row.uncertainty),
+        "; ".join(row.doubts),
     ]
 
 
@@ -123,9 +125,11 @@ class MotionsPart:
         table.columnCount = len(header)
         table.setHorizontalHeaderLabels(header)
         table.rowCount = len(self._rows)
+        table.setColumnHidden(len(header) - 1, not any(row.doubts for row in rows))
         for number, line in enumerate(self._rows):
             for column, text in enumerate(line):
                 item = qt.QTableWidgetItem(text)
+                item.setToolTip(text)
                 if column:
                     item.setTextAlignment(qt.Qt.AlignRight | qt.Qt.AlignVCenter)
                 table.setItem(number, column, item)

@@ -26,12 +26,13 @@ class Motion:
     """The motion of one structure from the CT to the posture of the X-rays.
 
     matrix: (4, 4) moving to fixed, LPS mm. centroid: (3,) of the structure in the CT, LPS mm, or None.
-    uncertainty: as in the result.
+    uncertainty: as in the result. doubts: why not to rely on it, one clause each.
     """
 
     matrix: np.ndarray
     centroid: np.ndarray | None = None
     uncertainty: Mapping[str, Any] | None = None
+    doubts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,7 @@ class MotionRow:
     axis: np.ndarray
     translation_mm: np.ndarray
     uncertainty: dict[str, float]
+    doubts: tuple[str, ...] = ()
 
 
 def motion_rows(motions: Mapping[str, Motion], relative_to: str | None = None) -> list[MotionRow]:
@@ -69,7 +71,12 @@ def _row(name: str, matrix: np.ndarray, motion: Motion, absolute: bool) -> Motio
     shift = rotation @ centroid + matrix[:3, 3] - centroid
     uncertainty = interval_columns(motion.uncertainty or {}) if absolute else {}
     return MotionRow(
-        name, float(np.degrees(angle)), flip_vectors(_axis(rotation, twist)), flip_vectors(shift), uncertainty
+        name,
+        float(np.degrees(angle)),
+        flip_vectors(_axis(rotation, twist)),
+        flip_vectors(shift),
+        uncertainty,
+        motion.doubts if absolute else (),
     )
 
 
@@ -119,6 +126,8 @@ def fill_motion_table(
         columns[side] = [float(row.axis[index]) for row in rows]
     for name in extra:
         columns[name] = [row.uncertainty.get(name, float("nan")) for row in rows]
+    if any(row.doubts for row in rows):
+        columns[_("Doubts")] = ["; ".join(row.doubts) for row in rows]
     set_table(node, columns)
     node.SetAttribute(MOTIONS_ATTRIBUTE, motions_to_text(motions))
 
@@ -157,6 +166,7 @@ def motions_to_text(motions: Mapping[str, Motion]) -> str:
                 "matrix": each.matrix.tolist(),
                 "centroid": None if each.centroid is None else each.centroid.tolist(),
                 "uncertainty": None if each.uncertainty is None else dict(each.uncertainty),
+                "doubts": list(each.doubts),
             }
             for name, each in motions.items()
         }
@@ -171,6 +181,7 @@ def motions_of(node: slicer.vtkMRMLTableNode | None) -> dict[str, Motion]:
             np.array(each["matrix"], dtype=np.float64),
             None if each["centroid"] is None else np.array(each["centroid"], dtype=np.float64),
             each["uncertainty"],
+            tuple(each.get("doubts", ())),  # tables of earlier versions have none
         )
         for name, each in json.loads(text or "{}").items()
     }

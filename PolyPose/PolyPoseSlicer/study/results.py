@@ -225,7 +225,9 @@ def _add_segment(
 def motions_from(loaded: LoadedResult) -> dict[str, Motion]:
     """The motion of each structure from the CT to the X-rays' posture."""
     return {
-        name: Motion(np.linalg.inv(each.fixed_to_moving), loaded.centroids.get(name), each.uncertainty)
+        name: Motion(
+            np.linalg.inv(each.fixed_to_moving), loaded.centroids.get(name), each.uncertainty, each.doubts
+        )
         for name, each in loaded.result.structures.items()
     }
 

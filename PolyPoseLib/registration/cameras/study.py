@@ -229,8 +229,8 @@ def _left_out(name: str, given: np.ndarray, used: np.ndarray) -> list[str]:
     if share == 0:
         return []
     return [
-        f"{label_of(name)}: metal or instruments that the CT does not have cover {max(100 * share, 0.1):.1f} % of it; "
-        "these pixels are left out."
+        f"{label_of(name)}: metal, instruments or a collimator that the CT does not have cover "
+        f"{max(100 * share, 0.1):.1f} % of it; these pixels are left out."
     ]
 
 

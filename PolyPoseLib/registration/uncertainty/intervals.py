@@ -15,7 +15,7 @@ from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty, pose_uncertainties
 from PolyPoseLib.registration.uncertainty.local_minima import widened_by_local_minima
 
-DISTORTION = 0.015
+DISTORTION = 0.02
 """Standard deviation that an image intensifier's distortion leaves in poses, in radians and relative to the radius of
 its field at the patient. Pincushion of 5 to 7 % at the edge and an S of 2 to 3 degrees displace bones by 0.5 to 4 % of
 the radius, see Testing/Benchmarks/degraded.py."""

@@ -46,6 +46,17 @@ def test_a_rod_is_left_out_and_little_else(simulated, scene, seed):
     assert found.sum() < 4 * metal.sum()
 
 
+@pytest.mark.parametrize("number", [0, 1])
+def test_metal_of_which_there_is_much_does_not_hide_other_metal(simulated, scene, number):
+    """Edges are compared with those of anatomy, not with those of the metal itself."""
+    image = simulated.images[number]
+    plate = np.zeros(image.shape)
+    plate[: image.shape[0] // 5, : image.shape[1] // 3] = 15.0
+    metal = rod(image.shape, np.random.default_rng(5)) & (plate == 0)
+    found = foreign_objects(quiet_run(scene), observed(simulated, image + plate + 1.5 * metal, number))
+    assert found[plate > 0].mean() > 0.9 and found[metal].mean() > 0.7
+
+
 def test_the_mask_loses_the_metal_and_the_image_stays(simulated, scene):
     image = simulated.images[0] + 2.5 * rod(simulated.images[0].shape, np.random.default_rng(0))
     before = observed(simulated, image)
