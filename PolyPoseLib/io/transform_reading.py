@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
@@ -12,6 +9,7 @@ import numpy as np
 
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.guarded import Limits, run_child
 from PolyPoseLib.io.hdf5 import Damaged, Hdf5File, UnknownLayout
 
 CHILD_SECONDS = 5
@@ -32,7 +30,11 @@ except (ImportError, ValueError, OSError):
     pass
 import numpy as np
 import SimpleITK as sitk
-field = sitk.DisplacementFieldTransform(sitk.ReadTransform(sys.argv[1])).GetDisplacementField()
+try:
+    field = sitk.DisplacementFieldTransform(sitk.ReadTransform(sys.argv[1])).GetDisplacementField()
+except Exception as error:
+    sys.stdout.write((str(error).strip().splitlines() or [type(error).__name__])[-1].strip()[:200])
+    sys.exit(2)
 np.savez(
     sys.argv[2],
     vectors=sitk.GetArrayFromImage(field),
@@ -103,32 +105,17 @@ def _read_in_child(path: Path) -> DisplacementField:
     """Let the image toolkit read a file in a process of its own."""
     size = path.stat().st_size
     seconds = CHILD_SECONDS + size // 20_000_000
+    limits = Limits(seconds, _PATIENCE * seconds, (4 << 30) + 8 * size)
     with tempfile.TemporaryDirectory(prefix="polypose-") as folder:
         kept = Path(folder) / "field.npz"
-        limits = [str((4 << 30) + 8 * size), str(seconds)]
-        command = [_python(), "-c", _CHILD, str(path.resolve()), str(kept), *limits]
-        try:
-            done = subprocess.run(
-                command,
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                timeout=_PATIENCE * seconds,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            raise _refusal(path, "reading it takes too long") from None
+        done = run_child(_CHILD, [path.resolve(), kept, limits.memory_bytes, seconds], limits, folder)
+        if done is None:
+            raise _refusal(path, "reading it takes too long")
         if done.returncode != 0 or not kept.is_file():
-            lines = done.stderr.decode("utf-8", "replace").strip().splitlines()
-            raise _refusal(path, lines[-1].strip()[:200] if lines else "reading it ended the process")
+            reason = " ".join(done.stdout.decode("utf-8", "replace").split())
+            raise _refusal(path, reason or "reading it ended the process")
         with np.load(kept, allow_pickle=False) as parts:
             return _field(parts["vectors"], parts["origin"], parts["spacing"], parts["direction"])
-
-
-def _python() -> str:
-    """The Python interpreter: inside an application such as Slicer the executable may be another program."""
-    if "python" in Path(sys.executable or "").name.lower():
-        return sys.executable
-    return shutil.which("PythonSlicer") or shutil.which("python3") or "python"
 
 
 def _refusal(path: Path, reason: str) -> InputError:
