@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import unittest
 from dataclasses import replace
 from unittest import mock
@@ -12,7 +13,7 @@ import scenes
 import slicer
 from panel_case import INSIDE_SLICER, PanelCase, choose_node, type_into
 from PolyPoseSlicer.study import parameters
-from PolyPoseSlicer.study.field_words import field_labels, in_words
+from PolyPoseSlicer.study.field_words import choices, field_labels, in_words
 
 # isort: split
 import qt
@@ -144,6 +145,7 @@ class XraysTest(PanelCase):
             type_into(getattr(ui, name), text)
         ui.xrayPosition.currentIndex = ui.xrayPosition.findText("HFP")
         ui.xrayMirrored.currentIndex = 2
+        ui.xrayDistortion.currentIndex = 1
         self.assertEqual(
             dict(self.sources()[0].fields),
             {
@@ -156,6 +158,7 @@ class XraysTest(PanelCase):
                 "secondary_angle_deg": 10.0,
                 "patient_position": "HFP",
                 "mirrored": False,
+                "distortion_corrected": True,
             },
         )
         self.assertIn("initial", self.line(0)[2])
@@ -310,6 +313,13 @@ class FieldWordsTest(SlicerTestCase):
             if field not in ("extrinsic", "isocenter_mm"):  # these are not in the form
                 self.assertIn(f"<string>{label}", form)
 
+    def test_what_is_chosen_instead_is_in_the_form(self) -> None:
+        form = (REPOSITORY / "PolyPose" / "Resources" / "UI" / "PolyPose.ui").read_text()
+        for choice in choices().values():
+            field, value = re.findall('"([^"]+)"', choice)
+            self.assertIn(f"<string>{field}:", form)
+            self.assertIn(f"<string>{value}</string>", form)
+
     def test_origins_and_complaints_name_no_field(self) -> None:
         for sentence, words in (
             ("source_to_detector_mm 1020 from DICOM (1)", "Source to detector: 1020 mm, from DICOM (1)"),
@@ -318,6 +328,8 @@ class FieldWordsTest(SlicerTestCase):
             ('give an "extrinsic".', 'give a "Camera pose".'),
             ("pixel_spacing_mm is [0, 1]; give two.", '"Pixel spacing [mm]" is [0, 1]; give two.'),
             ("Remove the extrinsic calibration.", "Remove the extrinsic calibration."),
+            ('not so, add "mirrored": false.', 'not so, set "Image seen from" to "the source".'),
+            ('add "distortion_corrected": true.', 'set "Distortion" to "corrected".'),
         ):
             self.assertEqual(in_words(sentence), words)
 

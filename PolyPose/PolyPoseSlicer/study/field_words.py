@@ -25,12 +25,28 @@ def field_labels() -> dict[str, str]:
     }
 
 
+def choices() -> dict[str, str]:
+    """{what a sentence advises to add to a study file: what is chosen in the form instead}."""
+    image, distortion = _("Image seen from"), _("Distortion")
+    return {
+        'add "mirrored": false': _('set "{field}" to "{choice}"').format(field=image, choice=_("the source")),
+        'give "mirrored": false': _('set "{field}" to "{choice}"').format(
+            field=image, choice=_("the source")
+        ),
+        'add "distortion_corrected": true': _('set "{field}" to "{choice}"').format(
+            field=distortion, choice=_("corrected")
+        ),
+    }
+
+
 def in_words(sentence: str) -> str:
     """A sentence of the core with the form's labels in place of the names of fields.
 
     A line that says where a number comes from, "source_to_detector_mm 1020 from DICOM", becomes
     "Source to detector: 1020 mm, from DICOM".
     """
+    for advice, choice in choices().items():
+        sentence = sentence.replace(advice, choice)
     labels = field_labels()
     names = "|".join(labels)
     origin = re.match(rf"({names}) ([-\d., x]*\d):? (.*)$", sentence, re.DOTALL)

@@ -32,6 +32,7 @@ TYPED_FIELDS = (
     "secondary_angle_deg",
     "patient_position",
     "mirrored",
+    "distortion_corrected",
 )
 """What a person enters about one X-ray."""
 
