@@ -167,14 +167,21 @@ def _objects(candidates: np.ndarray, thin_contrast: np.ndarray, edges: np.ndarra
     for number, box in enumerate(find_objects(numbered), start=1):
         around = tuple(slice(max(part.start - 1, 0), part.stop + 1) for part in box)
         one = numbered[around] == number
-        border = np.asarray(binary_dilation(one), dtype=bool)
-        if one.sum() < LEAST_PIXELS or np.percentile(edges[around][border], 90) < SHARPER:
+        if one.sum() < LEAST_PIXELS or not _is_sharp(one, edges[around]):
             continue
         found[around] |= one
         contrast = float(np.median(thin_contrast[around][one]))
         if contrast > SURE:
-            found |= _grown(numbered == number, thin_contrast > contrast / 2)
+            whole = _grown(numbered == number, thin_contrast > contrast / 2)
+            if _is_sharp(whole & (numbered != number), edges):  # not where it runs into anatomy
+                found |= whole
     return found
+
+
+def _is_sharp(region: np.ndarray, edges: np.ndarray) -> bool:
+    """Whether the sharpest tenth of a region's border is sharper than anatomy."""
+    border = np.asarray(binary_dilation(region), dtype=bool)
+    return bool(border.any() and np.percentile(edges[border], 90) >= SHARPER)
 
 
 def _grown(seeds: np.ndarray, possible: np.ndarray) -> np.ndarray:

@@ -120,9 +120,13 @@ def reasons_for_distrust(
             f"The similarity did not rise ({np.mean(before.similarities):.3f} before, "
             f"{np.mean(after.similarities):.3f} after): check the initial cameras."
         )
+    left = [k for k in scene.moving if before.visible[k].any() and not after.visible[k].any()]
+    if 2 * len(left) > len(scene.moving):  # fewer are warned of, as structures that no X-ray shows
+        reasons.append(
+            f"{len(left)} of {len(scene.moving)} structures left every X-ray: their poses are meaningless; check the "
+            "initial cameras."
+        )
     for k, name in enumerate(scene.names):
-        if before.visible[k].any() and not after.visible[k].any():
-            reasons.append(f'The structure "{name}" left every X-ray: its pose is meaningless.')
         angle = rotation_angle_deg(poses[k, :3, :3])
         if angle > LARGEST_ROTATION_DEG:
             reasons.append(

@@ -47,6 +47,9 @@ TYPICAL_CONTRAST = 0.12
 """Contrast of a bone, in variances of the X-ray's local contrast, at which INFLATION was measured. Errors of the soft
 tissue around a bone are as large whatever its contrast, so that they displace a fainter one farther."""
 
+FAINTEST = 3.0
+"""How many times fainter a bone may be that counts so: beyond, the residual shows it."""
+
 _UNSEEN = np.array([np.radians(UNSEEN_ROTATION_DEG)] * 3 + [UNSEEN_TRANSLATION_MM] * 3)
 
 
@@ -101,7 +104,8 @@ class PoseUncertainty:
 
     def at_contrast(self, contrast: float) -> PoseUncertainty:
         """Of a bone of this contrast, in variances of the X-ray's local contrast."""
-        return replace(self, covariance=self.covariance * max(1.0, TYPICAL_CONTRAST / max(contrast, 1e-3)))
+        faintness = TYPICAL_CONTRAST / max(contrast, TYPICAL_CONTRAST / FAINTEST)
+        return replace(self, covariance=self.covariance * max(1.0, faintness))
 
     def to_dict(
         self, cameras: list[Camera], fixed_to_moving: np.ndarray, centre: np.ndarray
