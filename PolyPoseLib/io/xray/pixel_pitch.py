@@ -86,7 +86,7 @@ def _demagnified(tags: XrayTags, notes: Notes) -> tuple[Pitch | None, str]:
 
 
 def _of_field_of_view(tags: XrayTags, notes: Notes) -> tuple[Pitch | None, str]:
-    """Pitch from the Field of View's dimensions in mm over the rows and columns (PS3.3 C.8.11.4.1.1)."""
+    """A guess: the Field of View's dimensions in mm fill the rows and columns (PS3.3 C.8.11.4.1.1)."""
     sizes = tags.numbers("FieldOfViewDimensions")
     if not sizes or min(sizes) <= 0 or tags.positive_pair("PixelSpacing"):
         return None, ""
@@ -96,10 +96,11 @@ def _of_field_of_view(tags: XrayTags, notes: Notes) -> tuple[Pitch | None, str]:
     if not 0.98 < pair[0] / pair[1] < 1.02:
         return None, ""
     notes.warn(
-        f"the pixel spacing {shown(pair)} is the field of view {shown(sizes)} mm over the pixels; add "
-        '"pixel_spacing_mm" if you know it.'
+        f"nothing in the file says how large a pixel is: {shown(pair)} mm is a guess, that the field of view of "
+        f"{shown(sizes)} mm (0018,1149) fills the image; if it does not, every distance is wrong by as much: measure "
+        'it and add "pixel_spacing_mm".'
     )
-    return pair, "(0018,1149) over rows and columns"
+    return pair, "(0018,1149) over rows and columns, a guess"
 
 
 def _of_binned_elements(tags: XrayTags, notes: Notes) -> tuple[Pitch | None, str]:
@@ -108,10 +109,10 @@ def _of_binned_elements(tags: XrayTags, notes: Notes) -> tuple[Pitch | None, str
     if pair is None or tags.positive_pair("PixelSpacing"):
         return None, ""
     notes.warn(
-        f"the pixel spacing {shown(pair)} mm is that of the detector's elements times their binning, which holds only "
-        'where the image was not resized; add "pixel_spacing_mm" if you know it.'
+        f"nothing in the file says how large a pixel is: {shown(pair)} mm is a guess, the detector's elements times "
+        'their binning, which holds only where the image was not resized; add "pixel_spacing_mm" if you know it.'
     )
-    return pair, "(0018,7022) times (0018,701A)"
+    return pair, "(0018,7022) times (0018,701A), a guess"
 
 
 def _of_intensifier(tags: XrayTags, notes: Notes) -> tuple[Pitch | None, str]:
@@ -125,4 +126,4 @@ def _of_intensifier(tags: XrayTags, notes: Notes) -> tuple[Pitch | None, str]:
         f"{shown(size)} mm (0018,1162) fills the image; with a zoomed field it is too large, and so is every distance: "
         'measure it and add "pixel_spacing_mm".'
     )
-    return (pitch, pitch), "a guess from Intensifier Size (0018,1162)"
+    return (pitch, pitch), "(0018,1162) over the longer side, a guess"

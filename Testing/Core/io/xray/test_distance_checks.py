@@ -152,10 +152,14 @@ def test_lengths_of_the_detector_stand_in_for_a_missing_spacing_as_guesses(tmp_p
     for attributes, pitch in (
         ({"DetectorElementSpacing": [0.15, 0.15], "DetectorBinning": [2, 2]}, 0.3),
         ({"IntensifierSize": 230}, 230 / 400),
+        ({"FieldOfViewDimensions": [90, 120]}, 0.3),
     ):
         xray = read(tmp_path, pixels, ImagerPixelSpacing=None, **attributes)
         assert xray.pixel_spacing_mm == pytest.approx((pitch, pitch))
-        assert any('"pixel_spacing_mm"' in line for line in odd(xray))
+        assert any("guess" in line and '"pixel_spacing_mm"' in line for line in odd(xray))
+        assert any(
+            line.startswith("pixel_spacing_mm") and line.endswith("a guess") for line in xray.provenance
+        )
         typed = read(
             tmp_path, pixels, ImagerPixelSpacing=None, fields={"pixel_spacing_mm": 0.25}, **attributes
         )
