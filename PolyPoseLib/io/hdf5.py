@@ -122,7 +122,7 @@ class Hdf5File:
         for number, body in self._heap_objects(heap):
             if number == wanted:
                 return body[:length].decode("utf-8", "replace").rstrip("\0")
-        raise Damaged("a text is missing")
+        raise Damaged("one of its texts has no content")
 
     def _heap_objects(self, address: int) -> Iterator[tuple[int, bytes]]:
         """Numbers and contents of a global heap's objects."""

@@ -130,7 +130,10 @@ def _from_mayacam(text: str) -> Calibration:
             lines = blocks[heading] = []
     missing = [name for name in _BLOCKS[1:] if name not in blocks]
     if missing:
-        raise InputError(f'the MayaCam 2.0 text lacks the block "{missing[0]}"; export the camera again.')
+        raise InputError(
+            f'a "camera matrix" begins a MayaCam 2.0 text, which lacks the block "{missing[0]}"; export the camera '
+            "again, or give the 3x4 projection matrix alone."
+        )
     intrinsics = require_intrinsics(
         _table("\n".join(blocks["camera matrix"]), 3, 3, '"camera matrix"'), '"camera matrix"'
     )

@@ -50,9 +50,13 @@ def reasons_against_most(scene: Scene, which: Sequence[int]) -> list[str]:
     moving = len(scene.moving)
     if 2 * len(which) <= moving:
         return []
+    poses = (
+        "pose of the only structure that may move"
+        if moving == 1
+        else f"poses of {len(which)} of {moving} structures"
+    )
     return [
-        f"The X-rays contradict the poses of {len(which)} of {moving} structures: check the cameras, and whether CT, "
-        "labels and X-rays belong together."
+        f"The X-rays contradict the {poses}: check the cameras, and whether CT, labels and X-rays belong together."
     ]
 
 

@@ -118,7 +118,7 @@ def reasons_for_uncertainty(found: Sequence[Hypothesis]) -> list[str]:
         )
     rival = max((other.similarity for other in found[1:]), default=-1.0)
     if best.similarity - rival < LEAST_LEAD:
-        reasons.append(f"another view matches it nearly as well ({rival:.2f} against {best.similarity:.2f})")
+        reasons.append(f"another view matches it about as well ({rival:.2f} against {best.similarity:.2f})")
     if best.share < LEAST_SHARE:
         reasons.append(f"only {100 * best.share:.0f} % of the anchor shows in it")
     if has_too_few_votes(best):

@@ -58,7 +58,7 @@ def test_a_process_that_reads_for_ever_is_ended(tmp_path, written, monkeypatch):
     content[content.index(b"GCOL") + 24] = 255
     hangs.write_bytes(content)
     with pytest.raises(
-        InputError, match=r"hangs\.h5: does not hold a displacement field \(a text is missing"
+        InputError, match=r"hangs\.h5: does not hold a displacement field \(one of its texts has no content"
     ):
         read_transform(hangs)
 

@@ -106,7 +106,7 @@ def test_what_makes_a_camera_uncertain(simulated):
     assert not reasons_for_uncertainty([hypothesis(camera, 0.8), hypothesis(camera, 0.3)])
     assert "does not match it well" in reasons_for_uncertainty([hypothesis(camera, 0.3)])[0]
     assert (
-        "nearly as well (0.75 against 0.80)"
+        "about as well (0.75 against 0.80)"
         in reasons_for_uncertainty([hypothesis(camera, 0.8), hypothesis(camera, 0.75)])[0]
     )
     assert "20 %" in reasons_for_uncertainty([hypothesis(camera, 0.8, 0.2)])[0]
