@@ -145,6 +145,12 @@ def camera_regressor(study: Study, path: str | Path | None) -> Regressor | None:
     return load_regressor(path, study.ct, study.structures, study.anchor)
 
 
+BARE_CT = (
+    "The CT holds bones alone: its renderings lack the soft tissue that the X-rays show, and poses and cameras are "
+    "less certain; give the whole CT if there is one."
+)
+
+
 @dataclass(frozen=True)
 class _Method:
     """refine_camera: for X-rays by themselves; fit_bones: all structures together, from the cameras of stage A."""
@@ -268,8 +274,10 @@ def _renderings(run: Run, fitted: _Fitted) -> tuple[list[np.ndarray], list[np.nd
 def _warnings(study: Study, scene: Scene, fitted: _Fitted) -> list[str]:
     doubts = doubts_about(scene, fitted.evidence)
     inconsistent = fitted.evidence.agreement.inconsistent(scene.anchor)
+    bare = [BARE_CT] if scene.bare else []
     return [
         *study.warnings,
+        *bare,
         *(f"{xray.name}: {warning}" for xray in fitted.cameras.xrays for warning in xray.warnings),
         *fitted.cameras.warnings,
         *fitted.verdict.warnings,

@@ -15,6 +15,14 @@ from PolyPoseLib.warp.composition import fill_structures, grow_regions
 WORKING_MM = 1.2
 """The CT is averaged to about this voxel before anything is rendered from it."""
 
+SOFT_TISSUE_HU = 40.0
+AIR_BELOW_HU, BONE_ABOVE_HU = -300.0, 150.0
+"""Soft tissue is what lies between."""
+
+BARE_SHARE = 0.02
+"""Of the voxels outside the structures that is soft tissue at most where a CT holds bones alone; of a whole CT it is a
+tenth at least."""
+
 
 class Scene:
     """Everything that is rendered, at any resolution.
@@ -38,6 +46,8 @@ class Scene:
         Index of the structure that defines the cameras.
     centres : (K, 3) ndarray
         Centroids, LPS mm.
+    bare : bool
+        Whether the CT holds bones in air; they are then rendered as if soft tissue were everywhere.
 
     """
 
@@ -49,16 +59,21 @@ class Scene:
         self.structures = structures
         self.centres = structures.centroids(ct.affine)
         self.ct_affine = ct.affine
+        self.bare = holds_bones_alone(ct, structures)
+        voxels, outside = ct.voxels, -1000.0
+        if self.bare:  # bones in air: what they add to soft tissue is rendered, as if it were everywhere
+            voxels, outside = np.where(voxels < AIR_BELOW_HU, SOFT_TISSUE_HU, voxels), SOFT_TISSUE_HU
         factors = block_factors(ct.affine, working_mm)
         affine = coarsened_affine(ct.affine, factors)
-        hounsfield = block_mean(ct.voxels, factors, outside=-1000.0)
+        hounsfield = block_mean(voxels, factors, outside=outside)
         labels = block_centres(structures.labels, factors)
         spacing = np.linalg.norm(affine[:3, :3], axis=0)
         self.owners = grow_regions(hounsfield, labels, spacing)
         self._boxes = find_objects(self.owners, max_label=len(self.names))
         filled = fill_structures(hounsfield, self.owners, spacing, grow=False)
-        self.whole = Grid(hounsfield_to_attenuation(hounsfield).astype(np.float32), affine)
-        self.soft = Grid(hounsfield_to_attenuation(filled).astype(np.float32), affine)
+        everywhere = hounsfield_to_attenuation(np.array(outside))
+        self.whole = Grid((hounsfield_to_attenuation(hounsfield) - everywhere).astype(np.float32), affine)
+        self.soft = Grid((hounsfield_to_attenuation(filled) - everywhere).astype(np.float32), affine)
         self.articulations = find_articulations(structures, ct.affine, self.anchor)
         self._bodies: dict[float, list[Body]] = {}
         self._volumes: dict[tuple[str, float], Body] = {}
@@ -98,6 +113,13 @@ class Scene:
         affine[:3, 3] += affine[:3, :3] @ np.array([s.start for s in reversed(box)], float)
         grid = Grid(excess.astype(np.float32), affine).coarsened(voxel_mm).padded()
         return Body(grid.voxels, grid.affine, self.centres[number])
+
+
+def holds_bones_alone(ct: Volume, structures: Structures) -> bool:
+    """Whether everything but bones was cut out of a CT, as models of bones are exported."""
+    outside = ct.voxels[structures.labels == 0]
+    soft = (outside > AIR_BELOW_HU) & (outside < BONE_ABOVE_HU)
+    return bool(soft.mean() < BARE_SHARE) if outside.size else False
 
 
 def body_points(body: Body, most: int = 1500) -> np.ndarray:

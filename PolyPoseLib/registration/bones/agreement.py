@@ -68,6 +68,11 @@ class Agreement:
         return (self.residuals <= UNDISTURBED) & (self.support >= SUPPORTED)
 
     @property
+    def is_clear(self) -> np.ndarray:
+        """(K,) bool, which structures some X-ray shows where they are, disturbed or not."""
+        return np.asarray((self.support >= SUPPORTED).any(axis=1))
+
+    @property
     def disputed(self) -> np.ndarray:
         """(K,) bool, which structures some X-ray contradicts and another supports."""
         return np.asarray(self.contradicted.any(axis=1) & self.supported.any(axis=1))

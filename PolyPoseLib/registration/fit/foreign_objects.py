@@ -94,6 +94,8 @@ def foreign_objects(run: Run, observation: Observation, reach_mm: float = INITIA
         bool, True where a pixel is to be left out.
 
     """
+    if run.scene.bare:  # it does not explain soft tissue either
+        return np.zeros(observation.image.shape, bool)
     level = LevelViews(run, [observation], LEVEL)
     height = level.views[0].target.shape[0]
     pixel_mm = pixel_size_mm(level.views[0].camera, run.scene.anchor_centre)

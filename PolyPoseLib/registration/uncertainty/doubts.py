@@ -116,6 +116,8 @@ def _causes(evidence: Evidence, k: int) -> Iterator[str]:
     rival = evidence.uncertainties[k].rival_mm if k in evidence.uncertainties else 0.0
     if rival >= LEAST_RIVAL_MM:
         yield f"another place, {rival / evidence.magnification:.0f} mm away, fits the X-rays as well"
+    if not agreement.is_clear[k]:
+        yield "no X-ray shows it clearly"
     shows = ~np.isnan(agreement.contrast[k])
     if shows.sum() == 1:
         yield f"only {_those(evidence.names, shows)} shows it"

@@ -21,8 +21,9 @@ its field at the patient. Pincushion of 5 to 7 % at the edge and an S of 2 to 3 
 the radius, see Testing/Benchmarks/degraded.py."""
 
 
-UNCONFIRMED_MM = 4.0
-"""Standard deviation along the beam of the one X-ray that shows a bone, where another contradicts it."""
+UNCONFIRMED_DEG, UNCONFIRMED_MM = 7.0, 5.0
+"""Standard deviations of a bone that no X-ray shows clearly, and along the beam of the one that does, where another
+contradicts it."""
 
 
 def structure_uncertainties(
@@ -55,6 +56,8 @@ def structure_uncertainties(
     for k, each in widened_by_local_minima(joint.problem, joint.state, consistent, step).items():
         contrast = agreement.contrast[k]
         stated[k] = each if np.isnan(contrast).all() else each.at_contrast(float(np.nanmean(contrast)))
+        if not agreement.is_clear[k]:
+            stated[k] = stated[k].with_error(PoseUncertainty.independent(UNCONFIRMED_DEG, UNCONFIRMED_MM))
         supporting = np.flatnonzero(agreement.supported[k]).tolist()
         if agreement.disputed[k] and len(supporting) == 1:
             beam = _beam(joint.cameras[supporting[0]], joint.poses[k], run.scene.centres[k])

@@ -61,6 +61,7 @@ def test_nothing_is_said_of_bones_that_are_well_seen():
         ),
         ({"contrast": {(FEMUR, 0): 0.01, (FEMUR, 1): 0.01}}, "it stands out little from the soft tissue"),
         ({}, "the X-rays determine its pose weakly"),
+        ({"support": {(FEMUR, 0): 0.4, (FEMUR, 1): 0.3}}, "no X-ray shows it clearly"),
     ],
 )
 def test_a_wide_interval_has_its_cause(at, words):
@@ -86,6 +87,7 @@ def test_an_inconsistent_bone_names_the_x_ray_and_the_cause():
     }
     doubts = doubts_about(SCENE, evidence(at=at))[FEMUR]
     assert doubts[0] == 'its rendering does not match X-ray "LAT"' and "hides 30%" in doubts[1]
+    assert doubts[2] == "no X-ray shows it clearly"
 
 
 def test_a_bone_that_no_x_ray_shows_says_so():

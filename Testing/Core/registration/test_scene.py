@@ -1,0 +1,50 @@
+"""What is rendered of a CT: its bones and its soft tissue, or, of bones in air, what they add to soft tissue."""
+
+import numpy as np
+import pytest
+from phantom_study import phantom
+
+from PolyPoseLib.data.volume import WATER_ATTENUATION_PER_MM, Volume
+from PolyPoseLib.registration.scene import SOFT_TISSUE_HU, Scene, holds_bones_alone
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return phantom()
+
+
+@pytest.fixture(scope="module")
+def bare(whole):
+    """The same bones in air, as segmented bones are exported."""
+    ct, structures = whole
+    return Volume(np.where(structures.labels > 0, ct.voxels, -1000.0), ct.affine), structures
+
+
+def test_bones_in_air_are_told_from_a_whole_ct(whole, bare):
+    assert holds_bones_alone(*bare) and not holds_bones_alone(*whole)
+
+
+def test_a_patient_cropped_to_the_skin_is_whole(whole):
+    ct, structures = whole
+    inside = np.argwhere(ct.voxels > -300)
+    box = tuple(slice(low, high + 1) for low, high in zip(inside.min(0), inside.max(0), strict=True))
+    cropped = type(structures)(structures.names, structures.labels[box])
+    assert not holds_bones_alone(Volume(ct.voxels[box], ct.affine), cropped)
+
+
+def test_bones_in_air_add_what_they_add_to_soft_tissue(whole, bare):
+    """A body is the difference to the soft tissue that fills its place, in air as well as in a patient."""
+    water = WATER_ATTENUATION_PER_MM * (1 + SOFT_TISSUE_HU / 1000)
+    for there, alone in zip(
+        Scene(*whole, "pelvis").bodies(3.0), Scene(*bare, "pelvis").bodies(3.0), strict=True
+    ):
+        assert there.voxels.sum() == pytest.approx(alone.voxels.sum(), rel=0.2)
+        assert alone.voxels.max() < there.voxels.max() + 0.2 * water
+
+
+def test_bones_in_air_have_no_soft_tissue_and_no_border(bare):
+    scene = Scene(*bare, "pelvis")
+    assert scene.bare
+    assert np.abs(scene.soft.voxels).max() < 1e-3 * WATER_ATTENUATION_PER_MM
+    outside = scene.owners == 0
+    assert np.abs(scene.whole.voxels[outside]).max() < 1e-3 * WATER_ATTENUATION_PER_MM
