@@ -58,7 +58,7 @@ def test_same_study_same_result_bit_for_bit(simulated, result: Result) -> None:
     np.testing.assert_array_equal(result.warped_ct.voxels, again.warped_ct.voxels)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_default_is_not_worse_than_the_published_method(simulated, result: Result) -> None:
     truth = truth_of(simulated)
     published = register(study(simulated, {"preset": "paper", "uncertainty": False}))
@@ -86,6 +86,7 @@ def test_known_cameras_are_left_alone(simulated) -> None:
         np.testing.assert_allclose(found.extrinsic, true.extrinsic, atol=1e-9)
 
 
+@pytest.mark.long
 def test_wrong_x_rays_are_not_trusted(simulated) -> None:
     given = study(simulated, {"preset": "fast"})
     rng = np.random.default_rng(5)

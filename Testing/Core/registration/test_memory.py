@@ -163,7 +163,7 @@ def run_limited(limit: float, arguments: list[str]) -> subprocess.CompletedProce
     )  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of address space are not kept elsewhere")
 def test_a_study_runs_under_a_limit_a_little_above_its_estimate_and_not_far_below(tmp_path):
     write_case(
