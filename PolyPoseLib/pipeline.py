@@ -133,7 +133,10 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
         [xray.maybe_distorted for xray in cameras.xrays],
         magnification,
     )
-    return _result(study, options, run, _Fitted(cameras, joint, before, after, evidence, verdict), device)
+    doubts = doubts_about(run.scene, evidence)
+    inconsistent = agreement.inconsistent(run.scene.anchor)
+    fitted = _Fitted(cameras, joint, before, after, evidence, doubts, inconsistent, verdict)
+    return _result(study, options, run, fitted, device)
 
 
 def camera_regressor(study: Study, path: str | Path | None) -> Regressor | None:
@@ -206,7 +209,8 @@ def _soft_tissue(study: Study, options: Options, preset: Preset, magnification: 
 @dataclass(frozen=True)
 class _Fitted:
     """cameras: of stage A; joint: of stage B; before, after: scores at rest and of the result; evidence: what is known
-    of the poses; verdict: on the cameras.
+    of the poses; doubts: of them, by structure; inconsistent: structures that the X-rays contradict; verdict: on the
+    cameras.
     """
 
     cameras: StudyCameras
@@ -214,6 +218,8 @@ class _Fitted:
     before: ViewScores
     after: ViewScores
     evidence: Evidence
+    doubts: dict[int, tuple[str, ...]]
+    inconsistent: list[int]
     verdict: CameraVerdict
 
 
@@ -243,7 +249,7 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted, device: s
         xray_masks=[each.mask for each in fitted.cameras.refined],
         distrust=(
             *fitted.verdict.distrust,
-            *reasons_against_most(run.scene, fitted.evidence.agreement.inconsistent(run.scene.anchor)),
+            *reasons_against_most(run.scene, fitted.inconsistent),
             *reasons_for_distrust(run.scene, names, fitted.before, fitted.after, joint.poses),
         ),
     )
@@ -272,8 +278,6 @@ def _renderings(run: Run, fitted: _Fitted) -> tuple[list[np.ndarray], list[np.nd
 
 
 def _warnings(study: Study, scene: Scene, fitted: _Fitted) -> list[str]:
-    doubts = doubts_about(scene, fitted.evidence)
-    inconsistent = fitted.evidence.agreement.inconsistent(scene.anchor)
     bare = [BARE_CT] if scene.bare else []
     return [
         *study.warnings,
@@ -282,17 +286,16 @@ def _warnings(study: Study, scene: Scene, fitted: _Fitted) -> list[str]:
         *fitted.cameras.warnings,
         *fitted.verdict.warnings,
         *hidden_structures(scene, fitted.after),
-        *inconsistency_warnings(scene, {k: doubts[k] for k in inconsistent}),
+        *inconsistency_warnings(scene, {k: fitted.doubts[k] for k in fitted.inconsistent}),
         *disputed_warnings(scene, fitted.evidence),
     ]
 
 
 def _structures(scene: Scene, fitted: _Fitted) -> dict[str, StructureResult]:
     structures = {}
-    doubts = doubts_about(scene, fitted.evidence)
     for k, name in enumerate(scene.names):
         pose, centre = fitted.joint.poses[k], scene.centres[k]
         uncertainty = fitted.evidence.uncertainties.get(k)
         fields = None if uncertainty is None else uncertainty.to_dict(fitted.joint.cameras, pose, centre)
-        structures[name] = StructureResult.from_pose(pose, centre, fields, doubts.get(k, ()))
+        structures[name] = StructureResult.from_pose(pose, centre, fields, fitted.doubts.get(k, ()))
     return structures

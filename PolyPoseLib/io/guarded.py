@@ -45,22 +45,30 @@ class Limits:
 LIST_LIMITS = Limits(cpu_seconds=120, wall_seconds=600, memory_bytes=16 << 30)
 """Of images that are kept in several files."""
 
-_CHILD = """
+_BEGINNING = """
 import sys
-kind, source, target, cpu_seconds, memory = sys.argv[1:]
 try:
     import resource
+    cpu_seconds, memory = map(int, sys.argv[1:3])
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_CPU, (int(cpu_seconds), int(cpu_seconds) + 1))
-    resource.setrlimit(resource.RLIMIT_AS, (int(memory), int(memory)))
+    resource.setrlimit(resource.RLIMIT_CPU, (cpu_seconds, cpu_seconds + 1))
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
 except (ImportError, ValueError, OSError):
     pass
+del sys.argv[1:3]
+def refuse(error):
+    sys.stdout.write((str(error).strip().splitlines() or [type(error).__name__])[-1].strip()[:300])
+    sys.exit(2)
+"""
+"""What every child begins with: its limits, and the way in which it refuses a file."""
+
+_CHILD = """
+kind, source, target = sys.argv[1:]
 import SimpleITK as sitk
 try:
     sitk.WriteImage(sitk.ReadImage(source, imageIO=kind), target, False)
 except Exception as error:
-    sys.stdout.write((str(error).strip().splitlines() or [type(error).__name__])[-1].strip()[:300])
-    sys.exit(2)
+    refuse(error)
 """
 """The child's program: it needs the toolkit alone, and starts within a fraction of a second."""
 
@@ -92,8 +100,7 @@ def read_in_child(path: Path, kind: str, limits: Limits) -> sitk.Image:
 
     with tempfile.TemporaryDirectory(prefix="polypose-") as folder:
         target = Path(folder) / "read.mha"
-        arguments = [kind, path.resolve(), target, limits.cpu_seconds, limits.memory_bytes]
-        done = run_child(_CHILD, arguments, limits, folder)
+        done = run_child(_CHILD, [kind, path.resolve(), target], limits, folder)
         if done is None:
             raise InputError(
                 f"it is damaged: reading it has not ended after {limits.cpu_seconds} seconds of computing"
@@ -114,11 +121,11 @@ def run_child(
     Parameters
     ----------
     program
-        Python source; it limits its computing time and memory by itself.
+        Python source, in which sys is imported and refuse(error) ends the child with 2 and the error's last line.
     arguments
         Of the program, as text; its paths are absolute.
     limits
-        Of the time by the clock.
+        What it may use.
     folder
         Where it runs.
 
@@ -128,9 +135,10 @@ def run_child(
         With what it printed; None when it ran out of time.
 
     """
+    given = (limits.cpu_seconds, limits.memory_bytes, *arguments)
     try:
         done = subprocess.run(
-            [interpreter(), "-c", program, *map(str, arguments)],
+            [interpreter(), "-c", _BEGINNING + program, *map(str, given)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

@@ -267,19 +267,22 @@ def _interval(uncertainty: Mapping[str, Any] | None) -> str:
 def _notes(result: Result) -> list[tuple[str, str]]:
     """Lines below everything: warnings and the standing caution."""
     lines = [(textwrap.shorten(text, 200, placeholder=" ..."), _BAD) for text in result.distrust[:6]]
-    lines += [
-        (textwrap.shorten(f"Warning: {text}", 200, placeholder=" ..."), _BAD) for text in result.warnings[:6]
+    doubtful = [
+        f"{name}: {'; '.join(each.doubts)}" for name, each in result.structures.items() if each.doubts
     ]
-    if len(result.warnings) > 6:
-        lines.append((f"... and {len(result.warnings) - 6} more warnings in result.json", _BAD))
-    doubtful = [(name, each.doubts) for name, each in result.structures.items() if each.doubts]
-    lines += [
-        (textwrap.shorten(f"{name}: {'; '.join(doubts)}", 200, placeholder=" ..."), _INK)
-        for name, doubts in doubtful[:6]
-    ]
-    if len(doubtful) > 6:
-        lines.append((f"... and {len(doubtful) - 6} more doubtful structures in result.json", _INK))
+    lines += _first_six([f"Warning: {text}" for text in result.warnings], "warnings", _BAD)
+    lines += _first_six(doubtful, "doubtful structures", _INK)
     return [*lines, ("Research software, not for clinical decisions.", _MUTED)]
+
+
+def _first_six(texts: list[str], what: str, colour: str) -> list[tuple[str, str]]:
+    """Lines of a list that may be long, and how many more there are."""
+    lines = [(textwrap.shorten(text, 200, placeholder=" ..."), colour) for text in texts[:6]]
+    return (
+        [*lines, (f"... and {len(texts) - 6} more {what} in result.json", colour)]
+        if len(texts) > 6
+        else lines
+    )
 
 
 def _tallest(result: Result) -> float:

@@ -21,20 +21,12 @@ _PATIENCE = 4
 _TYPE = "DisplacementFieldTransform_double_3_3"
 
 _CHILD = """
-import sys
-try:
-    import resource
-    for limit, value in ((resource.RLIMIT_AS, int(sys.argv[3])), (resource.RLIMIT_CPU, int(sys.argv[4]))):
-        resource.setrlimit(limit, (value, value))
-except (ImportError, ValueError, OSError):
-    pass
 import numpy as np
 import SimpleITK as sitk
 try:
     field = sitk.DisplacementFieldTransform(sitk.ReadTransform(sys.argv[1])).GetDisplacementField()
 except Exception as error:
-    sys.stdout.write((str(error).strip().splitlines() or [type(error).__name__])[-1].strip()[:200])
-    sys.exit(2)
+    refuse(error)
 np.savez(
     sys.argv[2],
     vectors=sitk.GetArrayFromImage(field),
@@ -108,11 +100,11 @@ def _read_in_child(path: Path) -> DisplacementField:
     limits = Limits(seconds, _PATIENCE * seconds, (4 << 30) + 8 * size)
     with tempfile.TemporaryDirectory(prefix="polypose-") as folder:
         kept = Path(folder) / "field.npz"
-        done = run_child(_CHILD, [path.resolve(), kept, limits.memory_bytes, seconds], limits, folder)
+        done = run_child(_CHILD, [path.resolve(), kept], limits, folder)
         if done is None:
             raise _refusal(path, "reading it takes too long")
         if done.returncode != 0 or not kept.is_file():
-            reason = " ".join(done.stdout.decode("utf-8", "replace").split())
+            reason = " ".join(done.stdout.decode("utf-8", "replace").split())[:200]
             raise _refusal(path, reason or "reading it ended the process")
         with np.load(kept, allow_pickle=False) as parts:
             return _field(parts["vectors"], parts["origin"], parts["spacing"], parts["direction"])

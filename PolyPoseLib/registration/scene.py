@@ -117,9 +117,12 @@ class Scene:
 
 def holds_bones_alone(ct: Volume, structures: Structures) -> bool:
     """Whether everything but bones was cut out of a CT, as models of bones are exported."""
-    outside = ct.voxels[structures.labels == 0]
-    soft = (outside > AIR_BELOW_HU) & (outside < BONE_ABOVE_HU)
-    return bool(soft.mean() < BARE_SHARE) if outside.size else False
+    outside = soft = 0
+    for values, labels in zip(ct.voxels, structures.labels, strict=True):  # slice by slice: CTs are large
+        beside = labels == 0
+        outside += int(beside.sum())
+        soft += int((beside & (values > AIR_BELOW_HU) & (values < BONE_ABOVE_HU)).sum())
+    return outside > 0 and soft / outside < BARE_SHARE
 
 
 def body_points(body: Body, most: int = 1500) -> np.ndarray:

@@ -26,9 +26,9 @@ _PAIRS = {
 }
 _DIRECTION = ("primary_angle_deg", "secondary_angle_deg", "source_to_isocenter_mm", "patient_position")
 _CAMERAS = ("initial", "known", "absent")
-_MIRRORED = (None, True, False)
-_DISTORTION = (None, True, False)
-"""Values of "distortion_corrected" in the order of the list."""
+_YES_OR_NO = {"xrayMirrored": "mirrored", "xrayDistortion": "distortion_corrected"}
+_ANSWERS = (None, True, False)
+"""Values of these in the order of their lists; None leaves it to the file."""
 
 
 class XrayDetails:
@@ -49,7 +49,7 @@ class XrayDetails:
             ui.xrayPosition.addItem(position)
         for name in (*_NUMBERS, *(each for pair in _PAIRS for each in pair), "xrayName"):
             getattr(ui, name).connect("editingFinished()", self._edited)
-        for name in ("xrayCamera", "xrayPosition", "xrayMirrored", "xrayDistortion"):
+        for name in ("xrayCamera", "xrayPosition", *_YES_OR_NO):
             getattr(ui, name).connect("currentIndexChanged(int)", self._edited)
         ui.xrayFrame.connect("valueChanged(int)", self._edited)
         # Only the user's choice: when a transform is deleted the selector moves on to another one.
@@ -75,8 +75,8 @@ class XrayDetails:
                 getattr(ui, name).text = _text(value)
         position = fields.get("patient_position")
         ui.xrayPosition.currentIndex = max(0, ui.xrayPosition.findText(position)) if position else 0
-        ui.xrayMirrored.currentIndex = _MIRRORED.index(fields.get("mirrored"))
-        ui.xrayDistortion.currentIndex = _DISTORTION.index(fields.get("distortion_corrected"))
+        for name, field in _YES_OR_NO.items():
+            getattr(ui, name).currentIndex = _ANSWERS.index(fields.get(field))
         ui.xrayTransform.setCurrentNode(source.camera_transform if source is not None else None)
         self._show_found(xray)
         self._showing = False
@@ -124,8 +124,8 @@ class XrayDetails:
         fields["camera"] = None if camera == "initial" and "camera" not in self._source.fields else camera
         position = ui.xrayPosition.currentIndex
         fields["patient_position"] = PATIENT_POSITIONS[position - 1] if position > 0 else None
-        fields["mirrored"] = _MIRRORED[ui.xrayMirrored.currentIndex]
-        fields["distortion_corrected"] = _DISTORTION[ui.xrayDistortion.currentIndex]
+        for name, field in _YES_OR_NO.items():
+            fields[field] = _ANSWERS[getattr(ui, name).currentIndex]
         camera_transform = ui.xrayTransform.currentNode()
         if any(fields.get(key) != self._source.fields.get(key) for key in _DIRECTION):
             # A direction that was entered takes the place of a camera that was given.

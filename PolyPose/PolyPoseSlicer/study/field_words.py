@@ -27,16 +27,13 @@ def field_labels() -> dict[str, str]:
 
 def choices() -> dict[str, str]:
     """{what a sentence advises to add to a study file: what is chosen in the form instead}."""
-    image, distortion = _("Image seen from"), _("Distortion")
-    return {
-        'add "mirrored": false': _('set "{field}" to "{choice}"').format(field=image, choice=_("the source")),
-        'give "mirrored": false': _('set "{field}" to "{choice}"').format(
-            field=image, choice=_("the source")
-        ),
-        'add "distortion_corrected": true': _('set "{field}" to "{choice}"').format(
-            field=distortion, choice=_("corrected")
-        ),
+    chosen = {
+        'add "mirrored": false': (_("Image seen from"), _("the source")),
+        'give "mirrored": false': (_("Image seen from"), _("the source")),
+        'add "distortion_corrected": true': (_("Distortion"), _("corrected")),
     }
+    words = _('set "{field}" to "{choice}"')
+    return {advice: words.format(field=field, choice=choice) for advice, (field, choice) in chosen.items()}
 
 
 def in_words(sentence: str) -> str:

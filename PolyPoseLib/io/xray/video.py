@@ -30,15 +30,7 @@ GRAY_TOLERANCE = 24
 """Grey levels by which the colours of a gray film may differ: its compression keeps them coarsely."""
 
 _CHILD = """
-import sys
-source, target, wanted, cpu_seconds, memory, most = sys.argv[1], sys.argv[2], *map(int, sys.argv[3:])
-try:
-    import resource
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_CPU, (cpu_seconds, cpu_seconds + 1))
-    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-except (ImportError, ValueError, OSError):
-    pass
+source, target, wanted, most = sys.argv[1], sys.argv[2], *map(int, sys.argv[3:])
 import av
 import numpy as np
 def end(status, text):
@@ -119,8 +111,7 @@ def _decoded(path: Path, where: str, frame: int) -> tuple[np.ndarray | None, str
     limits = VIDEO_LIMITS
     with tempfile.TemporaryDirectory(prefix="polypose-") as folder:
         target = Path(folder) / "frame.npy"
-        numbers = (frame, limits.cpu_seconds, limits.memory_bytes, MAX_PIXELS)
-        done = run_child(_CHILD, [path.resolve(), target, *numbers], limits, folder)
+        done = run_child(_CHILD, [path.resolve(), target, frame, MAX_PIXELS], limits, folder)
         if done is None:
             raise InputError(
                 f"{where}: the frame was not reached after {limits.cpu_seconds} seconds of decoding; save it as PNG."

@@ -9,19 +9,17 @@ none that is undisturbed supports it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from PolyPoseLib.registration.fit.levels import Level, Observation
+from PolyPoseLib.registration.fit.levels import COMPARISON_LEVEL, Observation
+from PolyPoseLib.registration.fit.problem import View
 from PolyPoseLib.registration.fit.views import LevelViews
-from PolyPoseLib.registration.fit.weighting import VISIBLE_LINE_INTEGRAL, dilated, reliability
+from PolyPoseLib.registration.fit.weighting import dilated, mark_shown, reliability
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.rendering.rigid import BodyProjection
-
-COMPARISON_LEVEL = Level(3.0, 20.0, 0)
-"""Resolution at which bones are compared: coarse enough that texture does not decide."""
 
 DISTURBED, UNDISTURBED = 0.2, 0.1
 """Residuals above which something is wrong where a bone shows, and up to which nothing is. At right poses it is 0.02 to
@@ -103,38 +101,64 @@ def structure_agreement(run: Run, observations: Sequence[Observation], poses: np
         Of the K structures with the N X-rays.
 
     """
-    level = LevelViews(run, observations, COMPARISON_LEVEL)
-    problem, state = level.posed_structures(poses)
-    residuals, support, contrast = np.full((3, len(poses), len(level.views)), np.nan)
-    for n, view in enumerate(level.views):
-        image, parts = problem.render(state, n)
-        normalised, weight = view.contrast.normalise(image).values, reliability(view)
-        for k, part in enumerate(parts):
-            shows = _shows(part, image.shape) & (view.contrast.support > 0)
-            if shows.sum() < LEAST_PIXELS:
-                continue
-            residuals[k, n] = np.average((normalised - view.target)[shows] ** 2, weights=weight[shows])
-            without = image.copy()
-            without[part.slices] -= part.image
-            left = view.contrast.normalise(without).values
-            around = dilated(shows, EDGE_PX) & (view.contrast.support > 0)
-            adds, lacks = (normalised - left)[around], (view.target - left)[around]
-            weights = weight[around]
-            support[k, n] = _correlation(adds, lacks, weights)
-            contrast[k, n] = np.average(adds**2, weights=weights)
+    residuals, support, contrast = np.full((3, len(poses), len(observations)), np.nan)
+    for k, n, shown in _shown_structures(run, observations, poses):
+        residuals[k, n] = shown.residual()
+        support[k, n], contrast[k, n] = shown.support_and_contrast()
     return Agreement(residuals, support, contrast)
 
 
 def structure_residuals(run: Run, observations: Sequence[Observation], poses: np.ndarray) -> np.ndarray:
-    """(K, N) mean squared residuals, as :class:`Agreement` holds them."""
-    return structure_agreement(run, observations, poses).residuals
+    """(K, N) mean squared residuals, as :class:`Agreement` holds them, for less work."""
+    residuals = np.full((len(poses), len(observations)), np.nan)
+    for k, n, shown in _shown_structures(run, observations, poses):
+        residuals[k, n] = shown.residual()
+    return residuals
 
 
-def _shows(part: BodyProjection, shape: tuple[int, ...]) -> np.ndarray:
-    """(H, W) bool: where a bone adds something that can be seen."""
-    shows = np.zeros(shape, bool)
-    shows[part.slices] = np.abs(part.image) > VISIBLE_LINE_INTEGRAL
-    return shows
+@dataclass(frozen=True)
+class _Shown:
+    """A structure in an X-ray. view: the X-ray; image, normalised: (H, W) rendering of everything; part: of it, the
+    structure; shows: (H, W) bool, where that can be seen.
+    """
+
+    view: View
+    image: np.ndarray
+    normalised: np.ndarray
+    part: BodyProjection
+    shows: np.ndarray
+
+    def residual(self) -> float:
+        """Mean squared residual where the structure shows."""
+        squared = (self.normalised - self.view.target)[self.shows] ** 2
+        return float(np.average(squared, weights=reliability(self.view)[self.shows]))
+
+    def support_and_contrast(self) -> tuple[float, float]:
+        """As :class:`Agreement` holds them."""
+        without = self.image.copy()
+        without[self.part.slices] -= self.part.image
+        left = self.view.contrast.normalise(without).values
+        around = dilated(self.shows, EDGE_PX) & (self.view.contrast.support > 0)
+        adds, lacks = (self.normalised - left)[around], (self.view.target - left)[around]
+        weights = reliability(self.view)[around]
+        return _correlation(adds, lacks, weights), float(np.average(adds**2, weights=weights))
+
+
+def _shown_structures(
+    run: Run, observations: Sequence[Observation], poses: np.ndarray
+) -> Iterator[tuple[int, int, _Shown]]:
+    """(structure, X-ray, what it shows there) wherever a structure shows in enough pixels."""
+    level = LevelViews(run, observations, COMPARISON_LEVEL)
+    problem, state = level.posed_structures(poses)
+    for n, view in enumerate(level.views):
+        image, parts = problem.render(state, n)
+        normalised = view.contrast.normalise(image).values
+        for k, part in enumerate(parts):
+            shows = np.zeros(image.shape, bool)
+            mark_shown(shows, part)
+            shows &= view.contrast.support > 0
+            if shows.sum() >= LEAST_PIXELS:
+                yield k, n, _Shown(view, image, normalised, part, shows)
 
 
 def _correlation(first: np.ndarray, second: np.ndarray, weights: np.ndarray) -> float:

@@ -18,7 +18,7 @@ from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_m
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
 from PolyPoseLib.registration.fit.views import LevelViews, problem_of_one_bone
-from PolyPoseLib.registration.fit.weighting import VISIBLE_LINE_INTEGRAL, dilated, reliability
+from PolyPoseLib.registration.fit.weighting import dilated, mark_shown, reliability
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.rigid import project_body
@@ -154,8 +154,7 @@ def _view_of_one_bone(
     static = problem.render_without(k, state, n)
     shows = np.zeros(static.shape, bool)
     for start in starts:
-        part = project_body(body, view.camera, start, problem.step_mm, problem.backend)
-        shows[part.slices] |= np.abs(part.image) > VISIBLE_LINE_INTEGRAL
+        mark_shown(shows, project_body(body, view.camera, start, problem.step_mm, problem.backend))
     region = dilated(shows, REACH_MM / pixel_size_mm(view.camera, problem.camera_centre))
     weight = np.where(region & (view.contrast.support > 0), reliability(view), 0).astype(np.float32)
     return replace(view, static=static, weight=weight)

@@ -14,11 +14,8 @@ from PolyPoseLib.registration.cameras.coarse_search import compared_points
 from PolyPoseLib.registration.cameras.hypotheses import CERTAIN_SIMILARITY, LEAST_SIMILARITY, score_camera
 from PolyPoseLib.registration.cameras.initial import GIVEN_RADIUS
 from PolyPoseLib.registration.fit.camera_prior import CameraPrior
-from PolyPoseLib.registration.fit.levels import Level, Observation
+from PolyPoseLib.registration.fit.levels import COMPARISON_LEVEL, Observation
 from PolyPoseLib.registration.run import Run
-
-SCORING_LEVEL = Level(3.0, 20.0, 0)
-"""Resolution at which cameras are compared with their X-ray once more."""
 
 SLACK = 1.25
 """Radii that a camera may be from its initial place without a word."""
@@ -29,7 +26,7 @@ LARGEST = 2.0
 
 def anchor_similarity(run: Run, observation: Observation) -> float:
     """Local correlation around the anchor with the camera as it is, in [-1, 1]."""
-    return score_camera(run, observation, SCORING_LEVEL, compared_points(run.scene)).similarity
+    return score_camera(run, observation, COMPARISON_LEVEL, compared_points(run.scene)).similarity
 
 
 def expected_near(camera: Camera, within: tuple[float, float]) -> CameraPrior:

@@ -41,6 +41,10 @@ class Level:
     joint_weight: float = 0.0
 
 
+COMPARISON_LEVEL = Level(3.0, 20.0, 0)
+"""Resolution at which a result is compared with its X-rays: coarse enough that neither noise nor texture decides."""
+
+
 @dataclass(frozen=True)
 class Observation:
     """An X-ray with the present estimate of its camera.

@@ -9,7 +9,7 @@ from scipy.ndimage import distance_transform_edt
 
 from PolyPoseLib.registration.fit.levels import pixel_size_mm
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
-from PolyPoseLib.rendering.rigid import project_body
+from PolyPoseLib.rendering.rigid import BodyProjection, project_body
 
 VISIBLE_LINE_INTEGRAL = 0.02
 """A bone shows in a pixel when it adds at least this much."""
@@ -27,9 +27,15 @@ def projection_mask(problem: RigidProblem, state: State, view_index: int, which:
     shows = np.zeros(view.static.shape, bool)
     for k in which:
         pose = state.poses[k] @ state.corrections[view_index]
-        part = project_body(problem.bodies[k], view.camera, pose, problem.step_mm, problem.backend)
-        shows[part.slices] |= np.abs(part.image) > VISIBLE_LINE_INTEGRAL
+        mark_shown(
+            shows, project_body(problem.bodies[k], view.camera, pose, problem.step_mm, problem.backend)
+        )
     return shows
+
+
+def mark_shown(shows: np.ndarray, part: BodyProjection) -> None:
+    """Set the pixels of ``shows`` (H, W) bool in which a body's projection adds something that can be seen."""
+    shows[part.slices] |= np.abs(part.image) > VISIBLE_LINE_INTEGRAL
 
 
 def usable_projection_mask(

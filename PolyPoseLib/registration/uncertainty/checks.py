@@ -9,14 +9,11 @@ import numpy as np
 
 from PolyPoseLib.data.view_names import label_of
 from PolyPoseLib.geometry.rigid import rotation_angle_deg
-from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm
+from PolyPoseLib.registration.fit.levels import COMPARISON_LEVEL, Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.fit.weighting import dilated, usable_projection_mask
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
-
-SCORING_LEVEL = Level(3.0, 20.0, 0)
-"""Resolution at which renderings are scored: coarse enough that noise does not decide."""
 
 MARGIN = 0.01
 """Fall of the mean similarity that speaks against a result: noise alone lets a patient at rest lose less."""
@@ -63,7 +60,7 @@ def score_views(run: Run, observations: Sequence[Observation], poses: np.ndarray
         Of the N views.
 
     """
-    level = LevelViews(run, observations, SCORING_LEVEL, expect_noise=False)
+    level = LevelViews(run, observations, COMPARISON_LEVEL, expect_noise=False)
     problem, state = level.posed_structures(poses)
     similarities = []
     visible = np.zeros((len(poses), len(level.views)), bool)
