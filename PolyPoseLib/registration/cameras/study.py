@@ -19,6 +19,7 @@ from PolyPoseLib.registration.cameras.multistart import RefinedCamera
 from PolyPoseLib.registration.cameras.polarity import found_in_better_polarity
 from PolyPoseLib.registration.cameras.rig import find_rig_near
 from PolyPoseLib.registration.cameras.rig_initial import initial_rig_cameras
+from PolyPoseLib.registration.fit.clipped import without_clipped
 from PolyPoseLib.registration.fit.foreign_objects import REFINED_REACH_MM, without_foreign_objects
 from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.run import Run
@@ -127,7 +128,7 @@ def find_study_cameras(run: Run, xrays: Sequence[Xray], how: CameraStage) -> Stu
     ordered = [found[n] for n in range(len(placed))]
     refined = [without_foreign_objects(run, each.refined, REFINED_REACH_MM) for each in ordered]
     for n, (xray, each) in enumerate(zip(placed, refined, strict=True)):
-        warnings.extend(_left_out(xray.name or view_name(n), xray.mask, each.mask))
+        warnings.extend(_left_out(xray.name or view_name(n), xray.mask, each))
     free = [numbers for numbers in grouped_by_rig(placed) if found[numbers[0]].free]
     uncertain = {n for n, each in enumerate(ordered) if not each.certain}
     return StudyCameras(
@@ -182,7 +183,7 @@ def _find_one(run: Run, how: CameraStage, xray: Xray, search: bool) -> _Found:
     """An X-ray by itself."""
     if xray.camera == "known" and xray.extrinsic is not None:
         camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)
-        observation = without_foreign_objects(run, Observation(xray.image, xray.mask, camera))
+        observation = _usable(run, Observation(xray.image, xray.mask, camera))
         return _Found(observation, similarity=anchor_similarity(run, observation))
     found = initial_camera(run, xray, model=how.regressor)
     observation = _observed(run, xray, found, how.refined)
@@ -220,18 +221,30 @@ def _observed(run: Run, xray: Xray, found: FoundCamera, refined: bool) -> Observ
     camera = found.camera_of(xray)
     expected = expected_near(camera, found.within) if refined else None
     observation = Observation(xray.image, xray.mask, camera, expected)
-    return without_foreign_objects(run, observation)
+    return _usable(run, observation)
 
 
-def _left_out(name: str, given: np.ndarray, used: np.ndarray) -> list[str]:
-    """A warning about the share of an X-ray that foreign objects cover, if there are any."""
-    share = 1 - used.sum() / given.sum()
-    if share == 0:
-        return []
-    return [
-        f"{label_of(name)}: metal, instruments or a collimator that the CT does not have cover "
-        f"{max(100 * share, 0.1):.1f} % of it; these pixels are left out."
-    ]
+def _usable(run: Run, observation: Observation) -> Observation:
+    """The X-ray without foreign objects and clipped pixels."""
+    return without_clipped(run, without_foreign_objects(run, observation))
+
+
+def _left_out(name: str, given: np.ndarray, used: Observation) -> list[str]:
+    """Warnings about the shares of an X-ray that are clipped and that foreign objects cover, where there are any."""
+    clipped = np.zeros_like(given) if used.clipped is None else used.clipped
+    foreign = given & ~used.mask & ~clipped
+    warnings = []
+    if clipped.any():
+        warnings.append(
+            f"{label_of(name)}: {clipped.sum() / given.sum():.0%} of it is all black or all white, clipped by its "
+            "window or its detector; these pixels are left out. Export it with a wider window."
+        )
+    if foreign.any():
+        warnings.append(
+            f"{label_of(name)}: metal, instruments or a collimator that the CT does not have cover "
+            f"{max(100 * foreign.sum() / given.sum(), 0.1):.1f} % of it; these pixels are left out."
+        )
+    return warnings
 
 
 def _unreliable(name: str, refinement: RefinedCamera | None) -> list[str]:

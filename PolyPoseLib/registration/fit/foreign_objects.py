@@ -21,7 +21,7 @@ from scipy.ndimage import (
     white_tophat,
 )
 
-from PolyPoseLib.registration.fit.levels import Level, Observation, binned, pixel_size_mm
+from PolyPoseLib.registration.fit.levels import Level, Observation, binned, enlarged, pixel_size_mm
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.run import Run
 
@@ -117,7 +117,7 @@ def foreign_objects(run: Run, observation: Observation, reach_mm: float = INITIA
     )
     if found.sum() > LARGEST_SHARE * mask.sum():
         found[:] = False
-    return _enlarged(found, factor, observation.image.shape)
+    return enlarged(found, factor, observation.image.shape)
 
 
 def without_foreign_objects(
@@ -189,11 +189,3 @@ def _is_sharp(region: np.ndarray, edges: np.ndarray) -> bool:
 def _grown(seeds: np.ndarray, possible: np.ndarray) -> np.ndarray:
     """(H, W) bool: what of the possible is connected with the seeds."""
     return np.asarray(binary_propagation(seeds, _NEIGHBOURS, mask=possible))
-
-
-def _enlarged(found: np.ndarray, factor: int, shape: tuple[int, ...]) -> np.ndarray:
-    """The binned mask at full resolution; rows and columns beyond the last whole block are not in it."""
-    large = np.zeros(shape, bool)
-    blocks = found.repeat(factor, axis=0).repeat(factor, axis=1)
-    large[: blocks.shape[0], : blocks.shape[1]] = blocks
-    return large

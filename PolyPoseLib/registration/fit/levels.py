@@ -59,6 +59,8 @@ class Observation:
         The present estimate.
     expected : CameraPrior, optional
         Where the camera is expected, if it may move.
+    clipped : (H, W) ndarray, optional
+        bool, True where a pixel does not count because its value is clipped.
 
     """
 
@@ -66,6 +68,7 @@ class Observation:
     mask: np.ndarray
     camera: Camera
     expected: CameraPrior | None = None
+    clipped: np.ndarray | None = None
     noise: np.ndarray = field(init=False, repr=False)
     """(H, W) standard deviation of the image's noise in line integrals, estimated from the image."""
 
@@ -141,3 +144,11 @@ def binned(image: np.ndarray, mask: np.ndarray, factor: int) -> tuple[np.ndarray
     share = weight.reshape(shape).mean(axis=(1, 3))
     total = np.where(mask[blocks], image[blocks], 0).astype(np.float32).reshape(shape).mean(axis=(1, 3))
     return (total / np.maximum(share, 1e-6)).astype(np.float32), share >= 0.5
+
+
+def enlarged(small: np.ndarray, factor: int, shape: tuple[int, ...]) -> np.ndarray:
+    """A binned mask at full resolution, of that shape; rows and columns beyond the last whole block are not in it."""
+    large = np.zeros(shape, bool)
+    blocks = small.repeat(factor, axis=0).repeat(factor, axis=1)
+    large[: blocks.shape[0], : blocks.shape[1]] = blocks
+    return large

@@ -16,8 +16,8 @@ from PolyPoseLib.registration.uncertainty.visibility import Visibility
 WIDE_MM = 5.0
 """Half width of a 95 % interval beyond which a pose is doubtful."""
 
-OUTSIDE, HIDDEN = 0.25, 0.1
-"""Shares of a structure beside the picture, or behind metal, that are worth a word."""
+OUTSIDE, HIDDEN, CLIPPED = 0.25, 0.1, 0.25
+"""Shares of a structure beside the picture, behind metal, or clipped by a window that are worth a word."""
 
 FAINT = 0.03
 """Contrast of a structure, in variances of the X-ray's local contrast, below which it stands out little."""
@@ -108,6 +108,9 @@ def _causes(evidence: Evidence, k: int) -> Iterator[str]:
     for n, name in enumerate(evidence.names):
         if visibility.hidden[k, n] >= HIDDEN:
             yield f"metal or an instrument hides {visibility.hidden[k, n]:.0%} of it in {label_of(name)}"
+    for n, name in enumerate(evidence.names):
+        if visibility.clipped[k, n] >= CLIPPED:
+            yield f"{visibility.clipped[k, n]:.0%} of it is all black or all white in {label_of(name)}"
     for n, name in enumerate(evidence.names):
         if visibility.outside[k, n] >= OUTSIDE:
             yield f"{visibility.outside[k, n]:.0%} of it lies beside the picture of {label_of(name)}"

@@ -1,4 +1,4 @@
-"""How much of each structure each X-ray shows: what lies beside its picture, and what metal hides."""
+"""How much of each structure each X-ray shows: what lies beside its picture, what metal hides, what is clipped."""
 
 from __future__ import annotations
 
@@ -26,11 +26,14 @@ class Visibility:
         Beside the picture, or behind its shutter.
     hidden : (K, N) ndarray
         Behind metal or instruments that were left out.
+    clipped : (K, N) ndarray
+        Where the X-ray is all black or all white.
 
     """
 
     outside: np.ndarray
     hidden: np.ndarray
+    clipped: np.ndarray
 
 
 def structure_visibility(
@@ -55,15 +58,17 @@ def structure_visibility(
         Of the K structures in the N X-rays.
 
     """
-    outside, hidden = np.zeros((2, len(poses), len(observations)))
+    outside, hidden, clipped = np.zeros((3, len(poses), len(observations)))
     for k, body in enumerate(scene.bodies(VOXEL_MM)):
         to_fixed = rigid_inverse(poses[k])
         points = body_points(body, POINTS) @ to_fixed[:3, :3].T + to_fixed[:3, 3]
         for n, (mask, observation) in enumerate(zip(masks, observations, strict=True)):
             given, used = (_at(points, observation, each) for each in (mask, observation.mask))
             outside[k, n] = 1 - given.mean()
-            hidden[k, n] = (given & ~used).mean()
-    return Visibility(outside, hidden)
+            if observation.clipped is not None:
+                clipped[k, n] = _at(points, observation, observation.clipped).mean()
+            hidden[k, n] = (given & ~used).mean() - clipped[k, n]
+    return Visibility(outside, hidden, clipped)
 
 
 def _at(points: np.ndarray, observation: Observation, mask: np.ndarray) -> np.ndarray:

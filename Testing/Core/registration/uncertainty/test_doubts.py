@@ -25,6 +25,7 @@ def evidence(**changes) -> Evidence:
             ("contrast", 0.2),
             ("outside", 0.0),
             ("hidden", 0.0),
+            ("clipped", 0.0),
         )
     }
     for name, places in changes.pop("at", {}).items():
@@ -34,7 +35,7 @@ def evidence(**changes) -> Evidence:
     return Evidence(
         ["X-ray 1", "LAT"],
         Agreement(arrays["residuals"], arrays["support"], arrays["contrast"]),
-        Visibility(arrays["outside"], arrays["hidden"]),
+        Visibility(arrays["outside"], arrays["hidden"], arrays["clipped"]),
         uncertainties,
         changes.pop("distorted", [False, False]),
         **changes,
@@ -50,6 +51,7 @@ def test_nothing_is_said_of_bones_that_are_well_seen():
     ("at", "words"),
     [
         ({"hidden": {(FEMUR, 1): 0.4}}, 'metal or an instrument hides 40% of it in X-ray "LAT"'),
+        ({"clipped": {(FEMUR, 0): 0.5}}, "50% of it is all black or all white in X-ray 1"),
         ({"outside": {(FEMUR, 0): 0.6}}, "60% of it lies beside the picture of X-ray 1"),
         (
             {

@@ -1,4 +1,4 @@
-"""Shares of a bone beside the picture and behind metal are those of its points."""
+"""Shares of a bone beside the picture, behind metal and in clipped pixels are those of its points."""
 
 import numpy as np
 import pytest
@@ -9,11 +9,11 @@ from PolyPoseLib.registration.uncertainty.visibility import structure_visibility
 FEMUR = 1
 
 
-def seen(simulated, scene, given, used=None):
+def seen(simulated, scene, given, used=None, clipped=None):
     """Visibility in the first X-ray under two masks."""
     camera = simulated.cameras[0]
     used = given if used is None else used
-    observation = Observation(simulated.images[0], used, camera)
+    observation = Observation(simulated.images[0], used, camera, clipped=clipped)
     poses = np.stack([simulated.fixed_to_moving[name] for name in scene.names])
     return structure_visibility(scene, [given], [observation], poses)
 
@@ -42,3 +42,14 @@ def test_what_one_half_of_the_picture_does_not_show_the_other_does(simulated, sc
     alone, other, all_of_it = (seen(simulated, scene, mask).outside for mask in (left, ~left, whole))
     np.testing.assert_allclose((1 - alone) + (1 - other), 1 - all_of_it, atol=1e-9)
     np.testing.assert_allclose(seen(simulated, scene, whole, left).hidden, alone - all_of_it, atol=1e-9)
+
+
+def test_what_is_clipped_is_not_called_hidden(simulated, scene):
+    whole = np.ones(simulated.images[0].shape, bool)
+    clipped, metal = np.zeros((2, *whole.shape), bool)
+    clipped[:, : whole.shape[1] // 3] = True
+    metal[:, -whole.shape[1] // 3 :] = True
+    found = seen(simulated, scene, whole, ~clipped & ~metal, clipped)
+    np.testing.assert_allclose(found.clipped, seen(simulated, scene, whole, ~clipped).hidden, atol=1e-9)
+    np.testing.assert_allclose(found.hidden, seen(simulated, scene, whole, ~metal).hidden, atol=1e-9)
+    assert found.clipped.any() and found.hidden.any()
