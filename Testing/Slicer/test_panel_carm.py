@@ -6,13 +6,15 @@ import json
 import sys
 import time
 import unittest
+from collections.abc import Callable
 
 import children
 import numpy as np
 import scenes
 import slicer
 from panel_case import PanelCase
-from PolyPoseSlicer.process.render_client import RenderClient
+from PolyPoseSlicer.process.render_client import RenderClient, Rendering
+from PolyPoseSlicer.process.renderer import Renderer
 from PolyPoseSlicer.scene import xray_views
 from PolyPoseSlicer.scene.cameras import camera_of
 from PolyPoseSlicer.scene.carm_placement import Placement, intrinsics_at
@@ -78,24 +80,34 @@ class RenderClientTest(SlicerTestCase):
         self.addCleanup(client.close)
         return client
 
-    def run_until(self, client: RenderClient, done) -> list[np.ndarray]:
-        images, deadline = [], time.monotonic() + 20
-        while not done(images):
+    def run_until(self, client: RenderClient, done) -> list[Rendering]:
+        renderings, deadline = [], time.monotonic() + 20
+        while not done(renderings):
             self.assertLess(time.monotonic(), deadline)
-            image = client.poll()
-            if image is not None:
-                images.append(image)
+            rendering = client.poll()
+            if rendering is not None:
+                renderings.append(rendering)
             time.sleep(0.002)
-        return images
+        return renderings
 
     def test_the_newest_request_wins_and_none_is_queued(self) -> None:
         client = self.client(SLOW_RENDERER)
         self.run_until(client, lambda _images: client.ready)
         for _ in range(100):
             client.ask(Camera(np.eye(3), np.eye(4), 4, 5))
-        images = self.run_until(client, lambda _images: not client.busy)
-        self.assertEqual([int(each[0, 0]) for each in images], [1, 100])
-        self.assertLess(client.seconds, 0.3)
+        renderings = self.run_until(client, lambda _images: not client.busy)
+        self.assertEqual([int(each.image[0, 0]) for each in renderings], [1, 100])
+        self.assertEqual([each.number for each in renderings], [1, 100])
+        self.assertLess(renderings[-1].seconds, 0.3)
+
+    def test_requests_of_one_purpose_do_not_replace_those_of_another(self) -> None:
+        client = self.client(SLOW_RENDERER)
+        self.run_until(client, lambda _images: client.ready)
+        camera = Camera(np.eye(3), np.eye(4), 4, 5)
+        asked = [client.ask(camera, purpose) for purpose in ("a", "a", "b", "a", "b", "c")]
+        client.drop("c")
+        renderings = self.run_until(client, lambda _images: not client.busy)
+        self.assertEqual([each.number for each in renderings], [asked[0], asked[3], asked[4]])
 
     def test_a_process_that_ends_is_one_sentence(self) -> None:
         client = self.client("print('polypose: no memory is left', file=sys.stderr)\nsys.exit(1)")
@@ -116,6 +128,60 @@ class RenderClientTest(SlicerTestCase):
         client = RenderClient(read_volume(scenes.add_ct()), [str(self.folder / "nowhere")])
         self.addCleanup(client.close)
         self.run_until(client, lambda _images: client.error)
+
+
+class RendererTest(SlicerTestCase):
+    def setUp(self) -> None:
+        super().setUp()
+        self.failures: list[str] = []
+        self.renderer = Renderer(self.failures.append, children.command(self.folder, SLOW_RENDERER))
+        self.addCleanup(self.renderer.close)
+        self.ct = scenes.add_ct()
+        self.came: list[tuple[str, float]] = []
+
+    def ask(self, name: str, size: int, purpose: str) -> None:
+        """Ask for an image of so many rows, which tells it from the others."""
+        self.renderer.ask(
+            self.ct,
+            Camera(np.eye(3), np.eye(4), size, 5),
+            lambda image, _seconds: self.came.append((name, len(image))),
+            purpose,
+        )
+
+    def wait(self, condition: Callable[[], bool]) -> None:
+        """Let the event loop run until a condition holds."""
+        deadline = time.monotonic() + 30
+        while not condition():
+            self.assertLess(time.monotonic(), deadline)
+            slicer.app.processEvents()
+            time.sleep(0.002)
+
+    def finish(self) -> None:
+        """Wait for everything that was asked."""
+        self.wait(lambda: not self.renderer.busy)
+        self.assertEqual(self.failures, [])
+
+    def test_every_image_goes_to_the_request_that_it_answers(self) -> None:
+        rng = np.random.default_rng(4)
+        sizes: dict[str, int] = {}
+        for number in range(40):
+            name = f"request {number}"
+            sizes[name] = int(rng.integers(2, 60))
+            self.ask(name, sizes[name], str(rng.choice(["C-arm", "before"])))
+            if rng.random() < 0.3:
+                count = len(self.came)
+                self.wait(lambda: len(self.came) > count)  # noqa: B023
+        self.finish()
+        self.assertIn("request 39", [name for name, _rows in self.came])
+        for name, rows in self.came:
+            self.assertEqual(rows, sizes[name], name)
+
+    def test_what_is_forgotten_does_not_come(self) -> None:
+        for name, purpose in (("first", "C-arm"), ("second", "C-arm"), ("other", "before")):
+            self.ask(name, 6, purpose)
+        self.renderer.forget("C-arm")
+        self.finish()
+        self.assertEqual([name for name, _rows in self.came], ["other"])
 
 
 class CarmPanelTest(PanelCase):
@@ -148,6 +214,25 @@ class CarmPanelTest(PanelCase):
         was = slicer.util.arrayFromVolume(image).copy()
         self.ui.carmOpacity.value = 0
         self.assertTrue((slicer.util.arrayFromVolume(image) != was).any())
+
+    def test_a_rendering_never_lies_over_another_xray(self) -> None:
+        self.panel.renderer._command = children.command(self.folder, SLOW_RENDERER)
+        self.live()
+        drawn = []
+        show_image = xray_views.show_image
+        xray_views.show_image = lambda number, *rest: (drawn.append(number), show_image(number, *rest))[1]
+        self.addCleanup(setattr, xray_views, "show_image", show_image)
+        for row in (1, 0, 1):
+            self.ui.carmPrimary.value += 3  # a request for the X-ray that is left is under way
+            count = len(self.panel.carm.seconds)
+            self.ui.xraysTable.selectRow(row)
+            drawn.clear()
+            self.ui.carmOpacity.value = 40 + row
+            self.assertEqual(drawn, [])  # nothing was rendered for this X-ray yet
+            self.wait(lambda: len(self.panel.carm.seconds) > count)  # noqa: B023
+            xray, _rendering = self.panel.carm._rendering
+            self.assertIs(xray, self.panel.xrays.report().xray)
+            self.assertEqual(set(drawn), {row})
 
     def test_use_as_initial_guess_and_back(self) -> None:
         self.ui.carmSecondary.value = 12

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,6 +33,7 @@ _SLIDERS = {
     "carmDetectorDistance": "source_to_detector_mm",
 }
 _TABLE = ("carmLateral", "carmVertical", "carmLongitudinal")
+_PURPOSE = "C-arm"
 
 
 class CarmPart:
@@ -43,7 +45,7 @@ class CarmPart:
         self._parameters: PolyPoseParameterNode | None = None
         self._setting = False
         self._grey: tuple[Any, np.ndarray] | None = None
-        self._rendering: np.ndarray | None = None
+        self._rendering: tuple[Any, np.ndarray] | None = None
         self.seconds: list[float] = []
         for name in (*_SLIDERS, *_TABLE):
             getattr(ui, name).connect("valueChanged(double)", self._moved)
@@ -172,7 +174,8 @@ class CarmPart:
             self._show_views()
             self._moved()
         else:
-            self._renderer.forget()
+            self._renderer.forget(_PURPOSE)
+            self._rendering = None
             self._ui.carmStatus.text = ""
 
     def _moved(self, *_ignored: Any) -> None:
@@ -184,15 +187,16 @@ class CarmPart:
         except PolyPoseError as error:
             self._ui.carmStatus.text = str(error)
             return
-        ct = self._ct()
+        ct, xray = self._ct(), self._xray()
         if camera is not None and ct is not None:
-            self._renderer.ask(ct, review_camera(camera)[0], self._rendered)
+            done = partial(self._rendered, xray)
+            self._renderer.ask(ct, review_camera(camera)[0], done, _PURPOSE)
 
-    def _rendered(self, rendering: np.ndarray, seconds: float) -> None:
-        """A rendering came: lay it over the X-ray."""
-        if not self._ui.carmLive.checked:
+    def _rendered(self, xray: Xray | None, rendering: np.ndarray, seconds: float) -> None:
+        """A rendering for an X-ray came: lay it over that, unless another is selected by now."""
+        if not self._ui.carmLive.checked or xray is not self._xray():
             return
-        self._rendering = rendering
+        self._rendering = (xray, rendering)
         self.seconds.append(seconds)
         self._ui.carmStatus.text = _("Live ({milliseconds:.0f} ms per image).").format(
             milliseconds=1000 * seconds
@@ -203,10 +207,13 @@ class CarmPart:
         xray, camera = self._xray(), self._camera()
         if xray is None or camera is None or self._rendering is None or not self._ui.carmLive.checked:
             return
+        rendered_for, rendering = self._rendering
+        if rendered_for is not xray:
+            return
         factor = max(1, -(-max(xray.image.shape) // (2 * REVIEW_PIXELS)))
         if self._grey is None or self._grey[0] is not xray:
             self._grey = (xray, shrunk(xray.image, factor) if factor > 1 else xray.image)
-        rgb = compared(self._grey[1], self._rendering, Mode.BLEND, self._ui.carmOpacity.value / 100)
+        rgb = compared(self._grey[1], rendering, Mode.BLEND, self._ui.carmOpacity.value / 100)
         picture = xray_views.XrayPicture(
             xray.name, camera, self._ui.carmDetectorDistance.value, xray.image, mirrored=xray.mirrored
         )

@@ -35,6 +35,8 @@ RESIZED_MS = 100
 BEFORE_PIXELS = 400
 """Longer side, at most, of the CT rendered as it was scanned."""
 
+_PURPOSE = "before"
+
 
 class ReviewPart:
     """Looks at the inputs before, and at the result after a registration."""
@@ -100,7 +102,11 @@ class ReviewPart:
         if self._parameters is None:
             return
         outputs, reports = outputs_of(self._parameters), self._reports()
-        state = ([id(each) for each in outputs.cameras], [id(each) for each in reports])
+        state = (
+            [id(each) for each in outputs.cameras],
+            [id(each) for each in reports],
+            self._parameters.ct and self._parameters.ct.GetID(),
+        )
         if state == self._shown and not force:
             return
         self._shown = state
@@ -253,12 +259,14 @@ class ReviewPart:
             return
 
         def done(image: np.ndarray, _seconds: float) -> None:
-            picture.before = image
-            if number < len(self.pictures.items) and self.pictures.items[number] is picture:
+            parameters, items = self._parameters, self.pictures.items
+            wanted = parameters is not None and parameters.ct is ct
+            if wanted and number < len(items) and items[number] is picture:
+                picture.before = image
                 self.pictures.draw(number)
                 self._render_before(number + 1)
 
-        self._renderer.ask(ct, review_camera(picture.camera, BEFORE_PIXELS)[0], done)
+        self._renderer.ask(ct, review_camera(picture.camera, BEFORE_PIXELS)[0], done, _PURPOSE)
 
     def _view_chosen(self, *_ignored: Any) -> None:
         """Show how the chosen view is compared."""

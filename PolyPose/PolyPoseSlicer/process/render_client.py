@@ -1,4 +1,4 @@
-"""Renders the CT in a persistent child process; the newest request wins and none is queued."""
+"""Renders the CT in a persistent child process; of each purpose the newest request wins and none is queued."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import shutil
 import tempfile
 import threading
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,16 +28,24 @@ from .study_run import TEMPORARY_PREFIX
 _JOIN_SECONDS = 0.5
 
 
+@dataclass(frozen=True, eq=False)
+class Rendering:
+    """An image (H, W) float32, the number of the request that it answers, and the seconds since that."""
+
+    number: int
+    image: np.ndarray
+    seconds: float
+
+
 class RenderClient:
     """One child process for one CT. Nothing here waits: `ask` for an image, then `poll` for it.
 
-    error: one sentence once the child cannot render; seconds: from the last request to its image.
+    error: one sentence once the child cannot render.
     """
 
     def __init__(self, ct: Voxels, command: list[str] | None = None) -> None:
         """Start to write the CT and, after it, the process. command: another program, for tests."""
         self.error = ""
-        self.seconds: float | None = None
         self._folder = Path(tempfile.mkdtemp(prefix=TEMPORARY_PREFIX, dir=slicer.app.temporaryPath))
         self._command = command or [python_executable(), "-m", "PolyPoseLib"]
         self._lines: queue.Queue[dict[str, Any]] = queue.Queue()
@@ -44,7 +53,7 @@ class RenderClient:
         self._closed = threading.Event()
         self._tree: ProcessTree | None = None
         self._ready = False
-        self._wanted: dict[str, Any] | None = None
+        self._wanted: dict[str, dict[str, Any]] = {}
         self._pending: dict[str, Any] | None = None
         self._number = 0
         self._environment = child_environment()
@@ -59,12 +68,15 @@ class RenderClient:
     @property
     def busy(self) -> bool:
         """Whether an image is still to come."""
-        return not self.error and (self._wanted is not None or self._pending is not None)
+        return not self.error and (bool(self._wanted) or self._pending is not None)
 
-    def ask(self, camera: Camera) -> None:
-        """Request the image of a camera; an earlier request that has not begun is dropped."""
+    def ask(self, camera: Camera, purpose: str = "") -> int:
+        """Request the image of a camera; an earlier request of the same purpose that has not begun is dropped.
+
+        Returns the request's number, which its image will bear.
+        """
         self._number += 1
-        self._wanted = {
+        self._wanted[purpose] = {
             "id": self._number,
             "intrinsics": camera.intrinsics.tolist(),
             "extrinsic": camera.extrinsic.tolist(),
@@ -74,16 +86,21 @@ class RenderClient:
             "asked": time.monotonic(),
         }
         self._send()
+        return self._number
 
-    def poll(self) -> np.ndarray | None:
-        """The newest finished image (H, W) float32, None when none has come since the last poll."""
-        image = None
+    def drop(self, purpose: str) -> None:
+        """Drop the request of a purpose that has not begun."""
+        self._wanted.pop(purpose, None)
+
+    def poll(self) -> Rendering | None:
+        """The image that has come since the last poll, if there is one."""
+        rendering = None
         with contextlib.suppress(queue.Empty):
             while True:
                 found = self._take(self._lines.get_nowait())
-                image = found if found is not None else image
+                rendering = found if found is not None else rendering
         self._send()
-        return image
+        return rendering
 
     def close(self) -> None:
         """End the process and remove its files, at once; harmless when called again."""
@@ -95,16 +112,16 @@ class RenderClient:
 
     def _send(self) -> None:
         pipe = self._tree.process.stdin if self._tree is not None else None
-        if not self._ready or pipe is None or self._pending is not None or self._wanted is None or self.error:
+        if not self._ready or pipe is None or self._pending is not None or not self._wanted or self.error:
             return
-        self._pending, self._wanted = self._wanted, None
+        self._pending = self._wanted.pop(min(self._wanted, key=lambda each: self._wanted[each]["id"]))
         try:
             pipe.write((json.dumps(self._pending) + "\n").encode())
             pipe.flush()
         except (OSError, ValueError):
             self._fail()
 
-    def _take(self, line: dict[str, Any]) -> np.ndarray | None:
+    def _take(self, line: dict[str, Any]) -> Rendering | None:
         if line.get("ready"):
             self._ready = True
         elif "ended" in line:
@@ -122,8 +139,7 @@ class RenderClient:
             except (OSError, ValueError) as error:
                 self.error = _("The rendering cannot be read: {reason}.").format(reason=error)
                 return None
-            self.seconds = time.monotonic() - request["asked"]
-            return image
+            return Rendering(request["id"], image, time.monotonic() - request["asked"])
         return None
 
     def _fail(self) -> None:

@@ -1,4 +1,4 @@
-"""Renderings of the scene's CT for the panel: asked for by camera, handed to a callback by a timer."""
+"""Renderings of the scene's CT for the panel: asked for by camera, each handed to its own callback by a timer."""
 
 from __future__ import annotations
 
@@ -17,6 +17,9 @@ from .render_client import RenderClient
 
 _POLL_MS = 10
 
+Done = Callable[[np.ndarray, float], None]
+"""Gets an image (H, W) and the seconds that it took."""
+
 
 class Renderer:
     """Keeps one child process for the CT that was rendered last; it ends with `close`."""
@@ -27,7 +30,7 @@ class Renderer:
         self._command = command
         self._client: RenderClient | None = None
         self._key: tuple[Any, ...] = ()
-        self._done: Callable[[np.ndarray, float], None] | None = None
+        self._done: dict[int, tuple[str, Done]] = {}
         self._timer = qt.QTimer()
         self._timer.interval = _POLL_MS
         self._timer.connect("timeout()", self._poll)
@@ -46,11 +49,12 @@ class Renderer:
         self,
         ct: slicer.vtkMRMLScalarVolumeNode,
         camera: Camera,
-        done: Callable[[np.ndarray, float], None],
+        done: Done,
+        purpose: str,
     ) -> None:
-        """Render a CT as it is shown; done gets the image (H, W) and the seconds that it took.
+        """Render a CT as it is shown; done gets this request's image and no other.
 
-        An earlier request whose image has not come is dropped.
+        Of the requests of one purpose that have not begun the newest stays; those for another CT are dropped.
         """
         transform = ct.GetParentTransformNode()
         key = (
@@ -67,19 +71,20 @@ class Renderer:
                 self._failed(str(error))
                 return
             self._key = key
-        self._done = done
-        self._client.ask(camera)
+        self._done[self._client.ask(camera, purpose)] = (purpose, done)
         if not self._timer.isActive():
             self._timer.start()
 
-    def forget(self) -> None:
-        """Drop the request; the process stays for the next one."""
-        self._done = None
+    def forget(self, purpose: str) -> None:
+        """Drop what was asked for a purpose; the process stays for the next request."""
+        self._done = {number: each for number, each in self._done.items() if each[0] != purpose}
+        if self._client is not None:
+            self._client.drop(purpose)
 
     def close(self) -> None:
         """End the process and remove its files."""
         self._timer.stop()
-        self._done = None
+        self._done.clear()
         if self._client is not None:
             self._client.close()
             self._client = None
@@ -88,12 +93,17 @@ class Renderer:
         client = self._client
         if client is None:
             return
-        image = client.poll()
+        rendering = client.poll()
         if client.error:
             self._timer.stop()
             self._failed(client.error)
-        elif image is not None and self._done is not None:
-            self._done(image, client.seconds or 0.0)
+        elif rendering is not None:
+            purpose, done = self._done.pop(rendering.number, ("", None))
+            older = [n for n, each in self._done.items() if n < rendering.number and each[0] == purpose]
+            for number in older:  # never begun
+                del self._done[number]
+            if done is not None:
+                done(rendering.image, rendering.seconds)
         if self._client is client and not client.busy:
             self._timer.stop()
 
