@@ -52,15 +52,17 @@ class PolyPose(ScriptedLoadableModule):
         parent.acknowledgementText = _(
             "The method is the polyrigid 2D/3D registration of Gopalakrishnan et al. (PolyPose, 2025)."
         )
-        slicer.app.connect("startupCompleted()", registerSampleData)
+        slicer.app.connect("startupCompleted()", registerWithApplication)
 
 
-def registerSampleData() -> None:
-    """Offer the sample data in the module Sample Data; does nothing in a Slicer that is too old."""
+def registerWithApplication() -> None:
+    """Make the layouts known, and offer the sample data in the module Sample Data; nothing in a Slicer too old."""
     if environment.version_problem():
         return
     from PolyPoseSlicer import samples
+    from PolyPoseSlicer.scene import layouts
 
+    layouts.register()
     samples.register(lambda: PolyPoseLogic().getParameterNode())
 
 

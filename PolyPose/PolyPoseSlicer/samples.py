@@ -19,6 +19,7 @@ from .process.dependencies import ensure_dependencies
 from .process.environment import child_environment, python_executable
 from .process.job import Job
 from .process.study_run import error_of
+from .scene.fitting import show_volume
 from .study.reader import open_study
 
 CATEGORY = "PolyPose"
@@ -86,7 +87,10 @@ def download(parameter_node: Callable[[], Any]) -> list[slicer.vtkMRMLNode]:
     if not study.is_file():
         ensure_dependencies(_RESOURCES / "requirements.txt")
         simulate(files[0], files[1], case)
-    return open_study(study, parameter_node(), LABEL_TABLE)
+    parameters = parameter_node()
+    nodes = open_study(study, parameters, LABEL_TABLE)
+    show_volume(parameters.ct, parameters.segmentation)
+    return nodes
 
 
 def simulate(ct: str, labels: str, case: Path) -> None:

@@ -24,11 +24,15 @@ class LayoutManager:
         return self._logic
 
     def setLayout(self, layout: int) -> None:
-        """Switch to a layout and make the views that it needs."""
+        """Switch to a layout and make the views that it needs.
+
+        Like the application's, it does nothing when the number is the current one already, and shows another layout
+        where the number is not known.
+        """
         node = self._logic.GetLayoutNode()
-        if not node.IsLayoutDescription(layout):
-            raise RuntimeError(f"There is no layout {layout}")
-        node.SetViewArrangement(layout)
+        if node.GetViewArrangement() != layout:
+            known = node.IsLayoutDescription(layout)
+            node.SetViewArrangement(layout if known else node.SlicerLayoutConventionalView)
         nodes = self._logic.GetViewNodes()
         for view in [nodes.GetItemAsObject(index) for index in range(nodes.GetNumberOfItems())]:
             name = view.GetLayoutName()

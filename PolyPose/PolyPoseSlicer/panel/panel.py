@@ -8,6 +8,7 @@ import slicer
 import vtk
 
 from ..process.renderer import Renderer
+from ..scene import layouts
 from ..study.parameters import PolyPoseParameterNode, xray_sources
 from .cameras import CameraPart
 from .carm import CarmPart
@@ -59,6 +60,7 @@ class Panel:
     def enter(self) -> None:
         """The module is opened."""
         self.use(self.logic.getParameterNode())
+        self._show_pictures_again()
 
     def exit(self) -> None:
         """Another module is opened: a registration and a search go on, everything else stops."""
@@ -144,6 +146,12 @@ class Panel:
         """A scene was loaded: its parameter node replaces ours."""
         if self._host.parent.isEntered:
             self.use(self.logic.getParameterNode())
+            self._show_pictures_again()
+
+    def _show_pictures_again(self) -> None:
+        """Draw the pictures of a scene that was saved in our layout: they are not saved with it."""
+        if layouts.shown() and not self.review.pictures.items:
+            self._show_views()
 
     def _result_came(self, nodes: Any) -> None:
         """Show a new result, unless another module is open."""

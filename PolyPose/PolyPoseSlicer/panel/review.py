@@ -16,7 +16,7 @@ from PolyPoseLib.errors import PolyPoseError
 from PolyPoseLib.geometry.camera import review_camera
 
 from ..process.renderer import Renderer
-from ..scene import layouts
+from ..scene import fitting, layouts
 from ..scene.cameras import similarity_of
 from ..scene.compare import Mode, compared
 from ..study.parameters import PolyPoseParameterNode, outputs_of, store_outputs, structures_of
@@ -63,13 +63,14 @@ class ReviewPart:
         self._flicker = qt.QTimer()
         self._flicker.interval = FLICKER_MS
         self._flicker.connect("timeout()", self.pictures.flicker)
-        self._aimed_at: list[tuple[int, int] | None] = []
+        self._aimed_at: Any = None
+        self._fitted: Any = None
         self._resized = qt.QTimer()
         self._resized.setSingleShot(True)
         self._resized.interval = RESIZED_MS
         self._resized.connect("timeout()", self._aim_again)
         ui.showBefore.checked = True
-        ui.layoutButton.connect("clicked()", self.show_layout)
+        ui.layoutButton.connect("clicked()", self.enter_layout)
         ui.loadResultButton.connect("clicked()", self._ask_result)
         ui.showAfter.connect("toggled(bool)", self.set_after)
         ui.bonesOnly.connect("toggled(bool)", self._bones_only)
@@ -90,12 +91,14 @@ class ReviewPart:
             )
         self._ui.reviewState.text = _state_text(parameters)
         self.follow_cameras()
+        if parameters is not None and layouts.shown() and self._fitted not in (None, self._subject()):
+            self.show_layout()
 
     def result_came(self, nodes: Any) -> None:
         """A registration has ended: show what it found."""
         self._report_png = nodes.report
         self._ui.showAfter.checked = True
-        self.show_layout()
+        self.enter_layout()
 
     def refresh_pictures(self, force: bool = False) -> None:
         """Make the views' pictures from the result, or from the table while there is none."""
@@ -136,26 +139,60 @@ class ReviewPart:
         if moved and not self._after and not self._ui.carmLive.checked:
             self._render_before()
 
+    def enter_layout(self) -> None:
+        """Bring up PolyPose's layout, everything in it whole and in the middle."""
+        self._fitted = None
+        self.show_layout()
+
     def show_layout(self) -> None:
-        """Bring up PolyPose's layout with all pictures and C-arms."""
+        """Bring up PolyPose's layout with all pictures and C-arms.
+
+        Slices and 3D view are fitted where they are new or show another CT or result, and else stay as the user left
+        them.
+        """
+        if not layouts.shown():
+            self._fitted = None
         self.refresh_pictures(force=True)
         if not layouts.show(len(self.pictures.items)):
             self._ui.reviewState.text = _("Slicer has no main window to show the views in.")
         self.pictures.draw_carms()
         self.pictures.aim()
-        self._aimed_at = self.pictures.view_sizes()
         self._resized.start()
         if self._parameters is not None:
             layouts.show_plot(self._parameters.outputPlot)
         self._show_slices()
+        if self._fitted != self._subject():
+            self._fitted = self._subject()
+            self._fit()
+            self._aimed_at = self._view_sizes()
         self._run_flicker()
         if not self._after:
             self._render_before()
 
     def _aim_again(self) -> None:
         """Once the views have their final size, unless the panel was left meanwhile."""
-        if self._parameters is not None and layouts.shown() and self.pictures.view_sizes() != self._aimed_at:
+        sizes = self._view_sizes()
+        if self._parameters is not None and layouts.shown() and sizes != self._aimed_at:
+            self._aimed_at = sizes
             self.pictures.aim()
+            self._fit()
+
+    def _fit(self) -> None:
+        """Show the patient and the C-arms whole."""
+        if self._parameters is not None:
+            fitting.fit_slices()
+            fitting.fit_3d(self._parameters.ct, self._parameters.segmentation)
+
+    def _subject(self) -> Any:
+        """What slices and 3D view show: another one makes them new."""
+        parameters = self._parameters
+        if parameters is None:
+            return None
+        nodes = (parameters.ct, parameters.outputTransform)
+        return tuple(node and node.GetID() for node in nodes)
+
+    def _view_sizes(self) -> Any:
+        return self.pictures.view_sizes(), fitting.view_sizes()
 
     def set_after(self, after: bool) -> None:
         """Show the posture of the X-rays, or that of the CT."""
@@ -229,7 +266,7 @@ class ReviewPart:
     def close(self) -> None:
         """Stop the timers and take the pictures out of the scene."""
         self.pause()
-        self._shown = None
+        self._shown = self._fitted = None
         self._report_png = None
         self.pictures.clear()
 

@@ -11,6 +11,8 @@ LAYOUT = 6120
 
 MOST_VIEWS = 6
 PLOT_VIEW = "PolyPosePlot"
+THREE_D_VIEW = "1"
+"""Slicer's own first 3D view."""
 
 _XRAY = """<item><view class="vtkMRMLSliceNode" singletontag="{name}">
 <property name="orientation" action="default">Axial</property>
@@ -34,7 +36,7 @@ def description(views: int) -> str:
         '<property name="viewlabel" action="default">P</property></view></item>'
     )
     three = (
-        '<item><view class="vtkMRMLViewNode" singletontag="1">'
+        f'<item><view class="vtkMRMLViewNode" singletontag="{THREE_D_VIEW}">'
         '<property name="viewlabel" action="default">1</property></view></item>'
     )
     slices = "".join(
@@ -47,19 +49,28 @@ def description(views: int) -> str:
     )
 
 
+def register() -> None:
+    """Make the layouts known: a scene that was saved in one of them opens in it, and not in an empty window."""
+    manager = slicer.app.layoutManager()
+    if manager is None:
+        return
+    node = manager.layoutLogic().GetLayoutNode()
+    for views in range(1, MOST_VIEWS + 1):
+        if not node.IsLayoutDescription(LAYOUT + views - 1):
+            node.AddLayoutDescription(LAYOUT + views - 1, description(views))
+    if shown():
+        node.SetViewArrangement(
+            node.GetViewArrangement()
+        )  # the scene was loaded before the layouts were known
+
+
 def show(views: int) -> bool:
     """Switch to the layout; False when there is no main window."""
     manager = slicer.app.layoutManager()
     if manager is None:
         return False
-    views = min(max(views, 1), MOST_VIEWS)
-    number = LAYOUT + views - 1
-    node = manager.layoutLogic().GetLayoutNode()
-    if node.IsLayoutDescription(number):
-        node.SetLayoutDescription(number, description(views))
-    else:
-        node.AddLayoutDescription(number, description(views))
-    manager.setLayout(number)
+    register()
+    manager.setLayout(LAYOUT + min(max(views, 1), MOST_VIEWS) - 1)
     return True
 
 

@@ -77,6 +77,12 @@ def part(number: int, kind: str) -> slicer.vtkMRMLNode | None:
     return None
 
 
+def carm_nodes() -> list[slicer.vtkMRMLModelNode]:
+    """The models of all C-arms in 3D."""
+    models = slicer.util.getNodesByClass("vtkMRMLModelNode")
+    return [node for node in models if node.GetAttribute(PART_ATTRIBUTE)]
+
+
 def show_image(number: int, picture: XrayPicture, rgb: np.ndarray) -> slicer.vtkMRMLVectorVolumeNode:
     """Draw a picture (H, W, 3) uint8 as the view's image, where its detector stands."""
     node = part(number, "image") or _new("vtkMRMLVectorVolumeNode", number, "image", picture.name)

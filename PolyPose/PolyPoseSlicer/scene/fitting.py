@@ -1,0 +1,70 @@
+"""Fits slices and 3D views to what they show: Slicer does neither when a script sets a background or a layout."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import slicer
+
+from . import layouts
+from .xray_views import carm_nodes
+
+_MARGIN = 1.05
+
+
+def show_volume(
+    volume: slicer.vtkMRMLScalarVolumeNode, *others: slicer.vtkMRMLDisplayableNode | None
+) -> None:
+    """Show a volume in all slices, and it and other nodes in 3D, whole."""
+    for composite in layouts.anatomy_views():
+        composite.SetBackgroundVolumeID(volume.GetID())
+    fit_slices()
+    fit_3d(volume, *others)
+
+
+def fit_slices() -> None:
+    """Show the whole background volume, its middle slices, in every slice view of the anatomy."""
+    for composite in layouts.anatomy_views():
+        logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(composite.GetLayoutName())
+        if logic is not None and composite.GetBackgroundVolumeID():
+            logic.FitSliceToBackground()
+
+
+def fit_3d(*nodes: slicer.vtkMRMLDisplayableNode | None) -> None:
+    """Let the layout's 3D view show nodes and the C-arms whole, from the side that it is seen from."""
+    box = _box([*(each for each in nodes if each is not None), *carm_nodes()])
+    if box is None:
+        return
+    centre, radius = box.mean(axis=0), float(np.linalg.norm(box[1] - box[0])) / 2
+    for node in slicer.util.getNodesByClass("vtkMRMLCameraNode"):
+        if node.GetLayoutName() != layouts.THREE_D_VIEW:
+            continue
+        from_centre = np.subtract(node.GetPosition(), node.GetFocalPoint())
+        distance = _MARGIN * radius / np.sin(np.radians(node.GetViewAngle()) / 2)
+        was = node.StartModify()
+        node.SetFocalPoint(*centre)
+        node.SetPosition(*(centre + from_centre / max(np.linalg.norm(from_centre), 1e-6) * distance))
+        node.ResetClippingRange()
+        node.EndModify(was)
+
+
+def view_sizes() -> list[tuple[int, int]]:
+    """Pixels across and down of the slice views of the anatomy."""
+    sizes = []
+    for composite in layouts.anatomy_views():
+        logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(composite.GetLayoutName())
+        if logic is not None:
+            sizes.append(tuple(logic.GetSliceNode().GetDimensions()[:2]))
+    return sizes
+
+
+def _box(nodes: Iterable[slicer.vtkMRMLDisplayableNode]) -> np.ndarray | None:
+    """Least and largest corner, RAS mm, of a box around nodes; None without any that has a size."""
+    corners = []
+    for node in nodes:
+        bounds = [0.0] * 6
+        node.GetRASBounds(bounds)
+        if bounds[0] < bounds[1]:
+            corners.append(np.array(bounds).reshape(3, 2).T)
+    return np.array([np.min(corners, axis=0)[0], np.max(corners, axis=0)[1]]) if corners else None
