@@ -146,7 +146,7 @@ def result(
         },
         cameras=[CameraResult(camera, 0.9 - n / 10, f"view{n}") for n in range(2)],
         history=[{"stage": "joint", "iteration": n, "similarity": 0.1 * n} for n in range(9)],
-        seconds={"joint": 1.5},
+        seconds={"joint": 1.5, "total": 1.9},
         device="cpu",
         versions={"polypose": "test"},
         warnings=["something was odd"],

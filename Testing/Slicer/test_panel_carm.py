@@ -250,6 +250,16 @@ class CarmPanelTest(PanelCase):
         self.ui.carmReset.click()
         self.assertAlmostEqual(self.ui.carmSecondary.value, 12, places=0)
 
+    def test_full_turns_go_on_at_the_other_end(self) -> None:
+        for slider in (self.ui.carmPrimary, self.ui.carmRotation):
+            for given, shown in ((180, 180), (181, -179), (-185.5, 174.5), (-180, -180), (199, -161)):
+                slider.value = given
+                self.assertAlmostEqual(slider.value, shown)
+        self.ui.carmPrimary.value = 181
+        turned = self.panel.carm.placement().extrinsic(np.zeros(3))
+        self.ui.carmPrimary.value = -179
+        np.testing.assert_allclose(self.panel.carm.placement().extrinsic(np.zeros(3)), turned, atol=1e-9)
+
     def test_without_a_ct_it_is_said(self) -> None:
         self.live()
         self.ui.ctSelector.setCurrentNode(None)

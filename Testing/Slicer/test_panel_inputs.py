@@ -9,6 +9,7 @@ from dataclasses import replace
 from unittest import mock
 from xml.etree import ElementTree
 
+import numpy as np
 import scenes
 import slicer
 from panel_case import INSIDE_SLICER, PanelCase, choose_node, type_into
@@ -47,6 +48,21 @@ class StructuresTest(PanelCase):
         )
         self.assertIn("femur", self.ui.structuresSentence.text)
         self.assertEqual(self.ui.registerButton.text, "Register")
+
+    def test_bones_come_first_and_rows_stay_while_they_are_edited(self) -> None:
+        content = self.segmentation.GetSegmentation()
+        for name in ("spleen", "Left hip"):
+            content.AddEmptySegment(name, name)
+        moved = [content.GetNthSegmentID(3)]
+        content.SetSegmentIndex(moved[0], 0)
+        self.ui.proposeButton.click()
+        rows = [name for name, *_ in self.cells()]
+        self.assertEqual([bool(structure) for _, structure, _ in self.cells()], [True] * 3 + [False] * 2)
+        self.ui.structuresTable.item(0, 0).setCheckState(qt.Qt.Unchecked)
+        self.ui.structuresTable.item(4, 1).setText("spleen")
+        self.assertEqual([name for name, *_ in self.cells()], rows)
+        content.AddEmptySegment("liver", "liver")
+        self.assertEqual([bool(structure) for _, structure, _ in self.cells()], [True] * 3 + [False] * 3)
 
     def test_propose_says_when_no_name_is_a_bone(self) -> None:
         content = self.segmentation.GetSegmentation()
@@ -98,6 +114,19 @@ class StructuresTest(PanelCase):
         slicer.mrmlScene.RemoveNode(self.segmentation)
         self.assertEqual(self.cells(), [])
         self.assertIn("segmentation", self.ui.registerButton.text)
+
+    def test_a_deleted_input_is_not_replaced_by_another_that_the_selector_moves_on_to(self) -> None:
+        scenes.add_ct(None, "another CT")
+        scenes.add_segmentation(self.ct)
+        for selector, node in (
+            (self.ui.segmentationSelector, self.segmentation),
+            (self.ui.ctSelector, self.ct),
+        ):
+            slicer.mrmlScene.RemoveNode(node)
+            self.wait(lambda: selector.currentNode() is None, 5)  # noqa: B023
+        self.assertIsNone(self.panel.parameters.ct)
+        self.assertIsNone(self.panel.parameters.segmentation)
+        self.assertIn("CT", self.ui.registerButton.text)
 
     def test_what_is_missing_is_the_buttons_text(self) -> None:
         self.ui.ctSelector.setCurrentNode(None)
@@ -229,6 +258,15 @@ class XraysTest(PanelCase):
         self.add()
         slicer.mrmlScene.RemoveNode(self.sources()[0].image)
         self.assertEqual(self.ui.xraysTable.rowCount, 0)
+
+    def test_a_deleted_camera_is_not_replaced_by_another_transform(self) -> None:
+        self.add()
+        others = [scenes.add_transform(np.eye(4), name) for name in ("first", "second", "third")]
+        choose_node(self.ui.xrayTransform, others[1])
+        self.assertIs(self.sources()[0].camera_transform, others[1])
+        slicer.mrmlScene.RemoveNode(others[1])
+        self.wait(lambda: self.ui.xrayTransform.currentNode() is None, 5)
+        self.assertIsNone(self.sources()[0].camera_transform)
 
     def test_a_camera_transform_is_chosen(self) -> None:
         self.add()

@@ -58,7 +58,9 @@ class RegisterTest(PanelCase):
         flag.touch()
         self.end()
         self.assertEqual(self.button, "Register")
-        self.assertIn("Done in", self.ui.messageLabel.text)
+        self.assertIn("Done in 2 s", self.ui.messageLabel.text)
+        facts = dict(self.panel.review.report_page(node).facts)
+        self.assertEqual(facts["Computing time [s]"], "2")
         self.assertIsNotNone(node.outputTransform)
         self.assertEqual(self.ui.motionsTable.rowCount, 2)
         self.assertTrue(self.ui.showAfter.checked)
@@ -100,6 +102,33 @@ class RegisterTest(PanelCase):
         self.assertIsNone(self.ct.GetParentTransformNode())
         self.assertIsNone(self.segmentation.GetParentTransformNode())
         self.assertEqual(slicer.mrmlScene.GetNumberOfNodes(), self.nodes)
+
+    def test_after_a_cancelled_run_the_names_are_free_again(self) -> None:
+        names = []
+        for _run in range(2):
+            self.child(PREVIEW)
+            self.ui.registerButton.click()
+            self.wait(lambda: self.ct.GetParentTransformNode() is not None)
+            names.append(self.ct.GetParentTransformNode().GetName())
+            self.ui.registerButton.click()
+            self.end()
+        self.give_result()
+        self.ui.registerButton.click()
+        self.end()
+        outputs = self.panel.parameters
+        self.assertEqual(names, [outputs.outputTransform.GetName()] * 2)
+        for node in (outputs.outputVolume, outputs.outputSimilarity, outputs.outputPlot):
+            self.assertNotRegex(node.GetName(), r"_\d+$")
+
+    def test_stages_are_told_in_words_and_the_last_one_is_saving(self) -> None:
+        self.child(
+            "tell(3, stage='camera AP')\ntime.sleep(0.5)\ntell(1, 1, stage='done')\n"
+            "while True:\n    time.sleep(0.05)\n"
+        )
+        self.ui.registerButton.click()
+        self.wait(lambda: self.ui.stageLabel.text == "Camera of AP: 3 of 10, similarity 0.5000")
+        self.wait(lambda: self.ui.stageLabel.text == "Saving the result...")
+        self.assertEqual(self.ui.progressBar.maximum, 0)
 
     def test_without_preview_nothing_moves(self) -> None:
         self.ui.livePreview.checked = False

@@ -165,6 +165,16 @@ class ReviewTest(PanelCase):
         self.ui.showGlyphs.checked = False
         self.assertFalse(display.GetVisibility())
 
+    def test_grid_and_arrows_are_not_drawn_over_the_xrays(self) -> None:
+        for box in (self.ui.showGrid, self.ui.showGlyphs):
+            box.checked = True
+            display = self.node.outputTransform.GetDisplayNode()
+            for node in slicer.util.getNodesByClass("vtkMRMLSliceNode"):
+                is_xray = node.GetLayoutName().startswith("PolyPoseXray")
+                self.assertEqual(display.IsDisplayableInView(node.GetID()), not is_xray, node.GetLayoutName())
+            for node in slicer.util.getNodesByClass("vtkMRMLViewNode"):
+                self.assertTrue(display.IsDisplayableInView(node.GetID()))
+
     def test_the_volume_change_and_its_folds(self) -> None:
         vectors, affine = scenes.field()
         self.ui.showJacobian.checked = True

@@ -141,7 +141,7 @@ class qMRMLNodeComboBox(StandIn):
         self.nodeActivated.emit(self.currentNode())
 
     def refresh(self) -> None:
-        """Read the scene again; where the selected node has gone, the entry before it is selected."""
+        """Read the scene again; where the selected node has gone, the entry before it is selected and activated."""
         if "_box" not in self.__dict__:
             return
         if not shiboken6.isValid(self) or not shiboken6.isValid(self._box):
@@ -160,7 +160,10 @@ class qMRMLNodeComboBox(StandIn):
         # Without a None entry the first node is selected.
         left = [each for each in before if each in identifiers]
         fallback = left[-1] if left else "" if self.noneEnabled or not identifiers else identifiers[0]
-        self._select(self._id if self._id in identifiers else fallback)
+        gone = bool(self._id) and self._id not in identifiers
+        self._select(fallback if gone or self._id not in identifiers else self._id)
+        if gone and self._id:
+            self.nodeActivated.emit(self.currentNode())
 
     def _select(self, identifier: str) -> None:
         self._box.setCurrentIndex(self._box.findData(identifier))

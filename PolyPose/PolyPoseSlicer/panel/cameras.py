@@ -19,6 +19,7 @@ from ..process.camera_run import CameraRun
 from ..process.dependencies import ensure_dependencies
 from ..process.study_run import State
 from ..scene.cameras import CAMERA_ATTRIBUTE, set_camera
+from ..scene.names import free_name
 from ..study.camera_source import CameraSource
 from ..study.parameters import (
     PolyPoseParameterNode,
@@ -352,7 +353,7 @@ def taken(source: XraySource, found: FoundCamera, reader: XrayReader) -> XraySou
         return source
     node = source.camera_transform
     if node is None or not node.GetAttribute(CAMERA_ATTRIBUTE):
-        name = slicer.mrmlScene.GenerateUniqueName(_("Camera of {name}").format(name=source.name))
+        name = free_name(_("Camera of {name}").format(name=source.name))
         node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", name)
     set_camera(node, found.camera_of(xray), found.similarity)
     return replace(source, camera_transform=node, found=replace(found, taken=True))

@@ -19,6 +19,7 @@ from ..scene.cameras import set_camera
 from ..scene.carm_placement import Placement, intrinsics_at
 from ..scene.compare import Mode, compared, shrunk
 from ..scene.frames import flip_vectors
+from ..scene.names import free_name
 from ..study.parameters import PolyPoseParameterNode, structures_of
 from .xrays import XraysPart
 
@@ -32,6 +33,9 @@ _SLIDERS = {
     "carmIsocenterDistance": "source_to_isocenter_mm",
     "carmDetectorDistance": "source_to_detector_mm",
 }
+_ROUND = ("carmPrimary", "carmRotation")
+"""Sliders of a full turn: beyond half of it they go on at the other end."""
+
 _TABLE = ("carmLateral", "carmVertical", "carmLongitudinal")
 _PURPOSE = "C-arm"
 
@@ -49,6 +53,8 @@ class CarmPart:
         self.seconds: list[float] = []
         for name in (*_SLIDERS, *_TABLE):
             getattr(ui, name).connect("valueChanged(double)", self._moved)
+        for name in _ROUND:
+            getattr(ui, name).connect("valueChanged(double)", partial(self._turned, getattr(ui, name)))
         ui.carmOpacity.connect("valueChanged(double)", self._blend)
         ui.carmLive.connect("toggled(bool)", self._toggled)
         ui.carmReset.connect("clicked()", self.reset)
@@ -99,7 +105,7 @@ class CarmPart:
             return
         node = source.camera_transform
         if node is None:
-            name = slicer.mrmlScene.GenerateUniqueName(_("Initial camera of {name}").format(name=source.name))
+            name = free_name(_("Initial camera of {name}").format(name=source.name))
             node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", name)
         set_camera(node, camera)
         fields: dict[str, Any] = {"mirrored": xray.mirrored, "extrinsic": None}
@@ -177,6 +183,11 @@ class CarmPart:
             self._renderer.forget(_PURPOSE)
             self._rendering = None
             self._ui.carmStatus.text = ""
+
+    def _turned(self, slider: Any, value: float) -> None:
+        """Go on at the other end: 181 degrees are -179."""
+        if abs(value) > 180:
+            slider.setValue(value - np.copysign(360.0, value))
 
     def _moved(self, *_ignored: Any) -> None:
         """A slider moved: ask for the new rendering, the newest only."""

@@ -15,11 +15,13 @@ from PolyPoseLib.geometry.camera import Camera
 
 from ..scene import landmark_lists, layouts, pixel_frames, xray_views
 from ..scene.cameras import camera_of, set_camera
+from ..scene.names import free_name
 from ..study.camera_source import CameraSource
 from ..study.landmark_fit import LandmarkFit, fit_landmarks
 from ..study.parameters import PolyPoseParameterNode
 from ..study.xray_source import XraySource
 from .landmark_table import LandmarkTable
+from .node_choice import identifiers
 from .pictures import picture_of
 from .place_mode import PlaceMode
 from .xrays import XraysPart
@@ -47,6 +49,7 @@ class LandmarksPart:
     ) -> None:
         """host: keeps observers. show_views: brings the X-ray views up. reference: of the patient, (3,) LPS mm."""
         self._ui, self._host, self._xrays = ui, host, xrays
+        self._choice, self._listed = xrays.choice, identifiers()
         self._show_views, self._reference = show_views, reference
         self._parameters: PolyPoseParameterNode | None = None
         self._observed: list[Any] = []
@@ -60,7 +63,6 @@ class LandmarksPart:
         self._place = PlaceMode(host, self._mode_changed)
         self._solve_timer = self._timer(SOLVE_MS, self.solve)
         self._settle_timer = self._timer(SETTLE_MS, self.settle)
-        # "activated" means the user's choice: when a node is deleted the selector moves on to another one.
         ui.ctLandmarks.connect("nodeActivated(vtkMRMLNode*)", self._chosen)
         ui.xrayLandmarks.connect("nodeActivated(vtkMRMLNode*)", self._chosen)
         ui.ctPlace.connect("clicked(bool)", self.pick_in_ct)
@@ -79,11 +81,13 @@ class LandmarksPart:
         if self._xrays.number != self._row:
             self._leave_row()
         source = self._source()
+        lists = [source.ct_landmarks, source.xray_landmarks] if source is not None else [None, None]
         self._showing = True
-        self._ui.ctLandmarks.setCurrentNode(source.ct_landmarks if source is not None else None)
-        self._ui.xrayLandmarks.setCurrentNode(source.xray_landmarks if source is not None else None)
+        for selector, node in zip((self._ui.ctLandmarks, self._ui.xrayLandmarks), lists, strict=True):
+            selector.setCurrentNode(node)
         self._showing = False
-        self._observe([source.ct_landmarks, source.xray_landmarks] if source is not None else [])
+        self._listed = identifiers(*lists)
+        self._observe(lists)
         for name in ("ctPlace", "xrayPlace", "ctLandmarks", "xrayLandmarks"):
             getattr(self._ui, name).enabled = source is not None and parameters.ct is not None
         self._place.follow()
@@ -219,7 +223,7 @@ class LandmarksPart:
     def _chosen(self, *_ignored: Any) -> None:
         """Another list was chosen."""
         source = self._source()
-        if self._showing or source is None:
+        if self._showing or source is None or not self._choice.by_person(self._listed):
             return
         in_ct, in_xray = self._ui.ctLandmarks.currentNode(), self._ui.xrayLandmarks.currentNode()
         others = [each.xray_landmarks for each in self._xrays.sources if each is not source]
@@ -349,7 +353,7 @@ def _events() -> tuple[int, ...]:
 
 def _new_camera(xray: str, landmarks: slicer.vtkMRMLMarkupsFiducialNode) -> Any:
     """A camera's transform that belongs to an X-ray's list of points."""
-    name = slicer.mrmlScene.GenerateUniqueName(_("Camera of {name} by landmarks").format(name=xray))
+    name = free_name(_("Camera of {name} by landmarks").format(name=xray))
     node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", name)
     landmarks.SetNodeReferenceID(landmark_lists.CAMERA_REFERENCE, node.GetID())
     return node

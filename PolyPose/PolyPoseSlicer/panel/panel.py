@@ -13,10 +13,14 @@ from ..study.parameters import PolyPoseParameterNode, xray_sources
 from .cameras import CameraPart
 from .carm import CarmPart
 from .landmarks import LandmarksPart
+from .node_choice import NodeChoice
 from .register import RegisterPart
 from .review import ReviewPart
 from .structures import StructuresPart
 from .xrays import XraysPart
+
+_INPUTS = ("ct", "segmentation")
+"""Fields of the parameter node that selectors of the form fill in."""
 
 
 class Panel:
@@ -40,7 +44,9 @@ class Panel:
         ui = self.ui
         self.renderer = Renderer(self._say)
         self.structures = StructuresPart(ui)
-        self.xrays = XraysPart(ui, self._xray_selected)
+        self.choice = NodeChoice(host, self._nodes_deleted)
+        self._inputs: dict[str, str] = {}
+        self.xrays = XraysPart(ui, self.choice, self._xray_selected)
         self.carm = CarmPart(ui, self.xrays, self.renderer, self._show_views)
         requirements = host.resourcePath("requirements.txt")
         self.landmarks = LandmarksPart(ui, host, self.xrays, self._show_views, self.carm.reference)
@@ -84,6 +90,7 @@ class Panel:
         self.register.close()
         self.review.pause()
         self.renderer.close()
+        self.choice.close()
 
     def use(self, parameters: PolyPoseParameterNode | None) -> None:
         """Follow another parameter node, or none."""
@@ -106,6 +113,8 @@ class Panel:
         self._refreshing = True
         try:
             parameters = self.parameters
+            if parameters is not None:
+                self._remember_inputs(parameters)
             self._observe_segmentation(parameters.segmentation if parameters is not None else None)
             self.structures.show(parameters)
             self.xrays.show(parameters)
@@ -116,6 +125,24 @@ class Panel:
             self.review.show(parameters)
         finally:
             self._refreshing = False
+
+    def _remember_inputs(self, parameters: PolyPoseParameterNode) -> None:
+        """Note the inputs, but not what a selector chose in the place of one that was deleted."""
+        for name in _INPUTS:
+            node = getattr(parameters, name)
+            if self.choice.by_person([self._inputs.get(name, "")]):
+                self._inputs[name] = node.GetID() if node is not None else ""
+
+    def _nodes_deleted(self) -> None:
+        """Nodes were deleted: what a selector chose in the place of an input is taken back."""
+        parameters = self.parameters
+        if parameters is None:
+            return
+        for name, identifier in self._inputs.items():
+            if identifier and slicer.mrmlScene.GetNodeByID(identifier) is None:
+                self._inputs[name] = ""
+                setattr(parameters, name, None)
+        self._changed()
 
     def _observe_segmentation(self, node: Any) -> None:
         """Notice segments that are added, removed or renamed."""

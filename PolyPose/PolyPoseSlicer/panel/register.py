@@ -17,10 +17,12 @@ from PolyPoseLib.errors import CancelledError, PolyPoseError, UntrustedResultErr
 from ..process.dependencies import ensure_dependencies
 from ..process.registration import Registration, State
 from ..scene import layouts
+from ..scene.names import free_name
 from ..study.parameters import PolyPoseParameterNode, store_outputs
 from ..study.result_origin import remember_segments
 from ..study.results import fill_similarity_table, set_plot
 from .live_preview import LivePreview
+from .stage_words import SAVING, stage_text
 
 POLL_MS = 50
 
@@ -172,21 +174,18 @@ class RegisterPart:
         elif progress is None:
             ui.stageLabel.text = _("Starting...")
         else:
-            ui.progressBar.setRange(0, max(progress.of, 1))
-            ui.progressBar.setValue(min(progress.iteration, max(progress.of, 1)))
-            text = _("{stage}: {iteration} of {of}").format(
-                stage=progress.stage, iteration=progress.iteration, of=progress.of
-            )
-            if progress.similarity is not None:
-                text += _(", similarity {similarity:.4f}").format(similarity=progress.similarity)
-            ui.stageLabel.text = text
+            saving = progress.stage == SAVING
+            ui.progressBar.setRange(0, 0 if saving else max(progress.of, 1))
+            if not saving:
+                ui.progressBar.setValue(min(progress.iteration, max(progress.of, 1)))
+            ui.stageLabel.text = stage_text(progress)
         table = active.parameters.outputSimilarity
         if table is not None and len(run.similarities) != active.drawn and not run.state.ended:
             active.drawn = len(run.similarities)
             fill_similarity_table(table, run.similarities)
 
     def _end_text(self, run: Registration) -> str:
-        seconds = sum(run.nodes.seconds.values())
+        seconds = run.nodes.total_seconds
         text = _("Done in {seconds:.0f} s on {device}.").format(
             seconds=seconds, device=run.nodes.device or _("this computer")
         )
@@ -203,7 +202,7 @@ class RegisterPart:
         was = parameters.StartModify()
         for field, (kind, name) in names.items():
             if getattr(parameters, field) is None:
-                node = scene.AddNewNodeByClass(kind, scene.GenerateUniqueName(name))
+                node = scene.AddNewNodeByClass(kind, free_name(name))
                 self._made.append(node)
                 setattr(parameters, field, node)
         parameters.EndModify(was)

@@ -228,7 +228,7 @@ class ReviewPart:
             (_("Anchor"), parameters.anchor or "-"),
             (_("Preset"), parameters.preset.label()),
             (_("Computed on"), outputs.device or "-"),
-            (_("Computing time [s]"), f"{sum(outputs.seconds.values()):.0f}"),
+            (_("Computing time [s]"), f"{outputs.total_seconds:.0f}"),
         ]
         for node in outputs.cameras:
             similarity = similarity_of(node)

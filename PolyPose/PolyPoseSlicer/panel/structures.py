@@ -39,6 +39,7 @@ class StructuresPart:
         self._parameters: PolyPoseParameterNode | None = None
         self._lines: list[_Line] = []
         self._remembered: dict[str, str] = {}
+        self._order: list[str] = []
         table = ui.structuresTable
         table.columnCount = 3
         table.setHorizontalHeaderLabels([_("Segment (moves)"), _("Structure"), _("Anchor")])
@@ -56,7 +57,7 @@ class StructuresPart:
     def show(self, parameters: PolyPoseParameterNode | None) -> None:
         """Show the parameter node as it is now."""
         self._parameters = parameters
-        lines = _lines_of(parameters)
+        lines = self._ordered(_lines_of(parameters))
         self._ui.proposeButton.enabled = bool(lines)
         if lines != self._lines:
             self._lines = lines
@@ -75,7 +76,15 @@ class StructuresPart:
                 "type the structures into the table."
             )
             return
+        self._order = []
         self._store(proposed, propose_anchor(list(dict.fromkeys(proposed.values()))) or "")
+
+    def _ordered(self, lines: list[_Line]) -> list[_Line]:
+        """The bones first; a row stays where it is while the table is edited."""
+        if {line.segment for line in lines} != set(self._order):
+            lines = sorted(lines, key=lambda line: not line.structure)
+            self._order = [line.segment for line in lines]
+        return sorted(lines, key=lambda line: self._order.index(line.segment))
 
     def _fill(self) -> None:
         """Write all rows again."""

@@ -13,6 +13,7 @@ from PolyPoseLib.geometry.carm import PATIENT_POSITIONS
 from ..study.camera_source import CameraSource
 from ..study.xray_reading import XrayReport
 from ..study.xray_source import XraySource
+from .node_choice import NodeChoice, identifiers
 
 _NUMBERS = {
     "xrayDistance": "source_to_detector_mm",
@@ -37,9 +38,10 @@ class XrayDetails:
     An empty line leaves the number to the file; what the file says is shown in grey.
     """
 
-    def __init__(self, ui: Any, changed: Callable[[XraySource], None]) -> None:
+    def __init__(self, ui: Any, choice: NodeChoice, changed: Callable[[XraySource], None]) -> None:
         """Connect the widgets of the loaded form."""
-        self._ui = ui
+        self._ui, self._choice = ui, choice
+        self._listed = identifiers()
         self._changed = changed
         self._source: XraySource | None = None
         self._report: XrayReport | None = None
@@ -52,8 +54,7 @@ class XrayDetails:
         for name in ("xrayCamera", "xrayPosition", *_YES_OR_NO):
             getattr(ui, name).connect("currentIndexChanged(int)", self._edited)
         ui.xrayFrame.connect("valueChanged(int)", self._edited)
-        # Only the user's choice: when a transform is deleted the selector moves on to another one.
-        ui.xrayTransform.connect("nodeActivated(vtkMRMLNode*)", self._edited)
+        ui.xrayTransform.connect("nodeActivated(vtkMRMLNode*)", self._transform_chosen)
 
     def show(self, source: XraySource | None, report: XrayReport | None) -> None:
         """Show an X-ray, or nothing."""
@@ -77,7 +78,9 @@ class XrayDetails:
         ui.xrayPosition.currentIndex = max(0, ui.xrayPosition.findText(position)) if position else 0
         for name, field in _YES_OR_NO.items():
             getattr(ui, name).currentIndex = _ANSWERS.index(fields.get(field))
-        ui.xrayTransform.setCurrentNode(source.camera_transform if source is not None else None)
+        transform = source.camera_transform if source is not None else None
+        ui.xrayTransform.setCurrentNode(transform)
+        self._listed = identifiers(transform)
         self._show_found(xray)
         self._showing = False
 
@@ -104,6 +107,10 @@ class XrayDetails:
                     found["xrayIsocenterDistance"] = _text(depth)
         for name, text in found.items():
             getattr(ui, name).placeholderText = text
+
+    def _transform_chosen(self, *_ignored: Any) -> None:
+        if self._source is not None and self._choice.by_person(self._listed):
+            self._edited()
 
     def _edited(self, *_ignored: Any) -> None:
         """Read the whole form; a text that is not a number is reported and not stored."""

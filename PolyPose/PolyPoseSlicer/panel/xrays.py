@@ -16,6 +16,7 @@ from ..study.field_words import in_words
 from ..study.parameters import PolyPoseParameterNode, store_xray_sources, xray_sources
 from ..study.xray_reading import GEOMETRY_FIELDS, XrayReader, XrayReport, geometry_from_file
 from ..study.xray_source import XraySource
+from .node_choice import NodeChoice
 from .xray_details import XrayDetails
 
 _ENDINGS = "*.dcm *.ima *.nrrd *.nhdr *.nii *.nii.gz *.mha *.mhd *.png *.tif *.tiff"
@@ -43,16 +44,16 @@ class XraysPart:
     selected: called whenever another X-ray is selected or the selected one changes.
     """
 
-    def __init__(self, ui: Any, selected: Callable[[], None]) -> None:
+    def __init__(self, ui: Any, choice: NodeChoice, selected: Callable[[], None]) -> None:
         """Prepare the table of the loaded form."""
-        self._ui = ui
+        self._ui, self.choice = ui, choice
         self._selected = selected
         self._parameters: PolyPoseParameterNode | None = None
         self._sources: list[XraySource] = []
         self._shown: list[tuple[tuple[str, ...], bool]] = []
         self._was_selected: tuple | None = None
         self.reader = XrayReader()
-        self._details = XrayDetails(ui, self._replace)
+        self._details = XrayDetails(ui, choice, self._replace)
         table = ui.xraysTable
         table.columnCount = 4
         table.setHorizontalHeaderLabels([_("X-ray"), _("Geometry from"), _("Camera"), _("State")])

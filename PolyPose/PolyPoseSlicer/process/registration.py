@@ -14,6 +14,7 @@ from PolyPoseLib.data.progress import ProgressCallback
 from PolyPoseLib.errors import UntrustedResultError
 
 from ..scene.grid_transform import read_field, set_grid_transform
+from ..scene.names import free_name
 from ..study.loading import LoadedResult, load_folder
 from ..study.results import InputStyle, OutputNodes, fill_nodes
 from ..study.writer import StudyData
@@ -140,7 +141,7 @@ class Registration(StudyRun):
         """Refresh the transform node, so that what is under it moves in the views."""
         node = self.nodes.transform
         if node is None:
-            name = slicer.mrmlScene.GenerateUniqueName(_("{name} transform").format(name=self._name))
+            name = free_name(_("{name} transform").format(name=self._name))
             node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLGridTransformNode", name)
             self.nodes.transform = node
             self.nodes.made.append(node)

@@ -12,6 +12,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from PolyPoseLib.errors import InputError
 
+from . import layouts
 from .frames import flip_affine, flip_vectors, from_vtk, to_vtk
 from .nodes import Grid, read_layers, region_on
 
@@ -28,7 +29,7 @@ _RIGID_DELTA_MM = 1e-4
 def show_transform(
     node: slicer.vtkMRMLTransformNode, region: slicer.vtkMRMLVolumeNode | None, what: str
 ) -> None:
-    """Show a transform as "grid" or "glyphs" in slices and 3D, or hide it ("")."""
+    """Show a transform as "grid" or "glyphs" in slices and 3D, or hide it (""); not over the X-rays."""
     if node.GetDisplayNode() is None:
         if not what:
             return
@@ -41,6 +42,9 @@ def show_transform(
     grid = slicer.vtkMRMLTransformDisplayNode.VIS_MODE_GRID
     glyph = slicer.vtkMRMLTransformDisplayNode.VIS_MODE_GLYPH
     display.SetVisualizationMode(grid if what == "grid" else glyph)
+    display.RemoveAllViewNodeIDs()
+    for identifier in layouts.patient_views():
+        display.AddViewNodeID(identifier)
     display.SetGridSpacingMm(_GRID_SPACING_MM)
     display.SetGlyphSpacingMm(_GRID_SPACING_MM)
     display.SetGlyphDisplayRangeMinMm(0.5)

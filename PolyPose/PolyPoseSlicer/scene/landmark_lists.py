@@ -10,6 +10,7 @@ import numpy as np
 import slicer
 
 from .frames import flip_vectors
+from .names import free_name
 from .pixel_frames import frame_above
 
 OFF_PLANE_PIXELS = 1.0
@@ -116,9 +117,7 @@ def _points(node: slicer.vtkMRMLMarkupsFiducialNode | None, world: bool) -> list
 
 def new_list(name: str, in_xray: bool) -> slicer.vtkMRMLMarkupsFiducialNode:
     """An empty list whose points are called 1, 2, 3, as those of its counterpart."""
-    node = slicer.mrmlScene.AddNewNodeByClass(
-        "vtkMRMLMarkupsFiducialNode", slicer.mrmlScene.GenerateUniqueName(name)
-    )
+    node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLMarkupsFiducialNode", free_name(name))
     node.SetControlPointLabelFormat("%d")
     _show(node, _XRAY_COLOR if in_xray else _CT_COLOR, slicer.vtkMRMLMarkupsDisplayNode.CrossDot2D)
     return node
@@ -168,7 +167,7 @@ def new_projected_list(name: str) -> slicer.vtkMRMLMarkupsFiducialNode:
     """A locked list that shows where landmarks project; no file and no selector has it."""
     node = slicer.mrmlScene.CreateNodeByClass("vtkMRMLMarkupsFiducialNode")
     node.UnRegister(None)
-    node.SetName(slicer.mrmlScene.GenerateUniqueName(name))
+    node.SetName(free_name(name))
     node.SetSaveWithScene(False)
     node.SetHideFromEditors(True)
     node = slicer.mrmlScene.AddNode(node)

@@ -95,3 +95,11 @@ def anatomy_views() -> list[slicer.vtkMRMLSliceCompositeNode]:
     ours = {view_name(each) for each in range(MOST_VIEWS)}
     composites = slicer.util.getNodesByClass("vtkMRMLSliceCompositeNode")
     return [each for each in composites if each.GetLayoutName() not in ours]
+
+
+def patient_views() -> list[str]:
+    """IDs of the slice and 3D views that show the patient, and not an X-ray."""
+    ours = {view_name(each) for each in range(MOST_VIEWS)}
+    slices = slicer.util.getNodesByClass("vtkMRMLSliceNode")
+    nodes = [node for node in slices if node.GetLayoutName() not in ours]
+    return [node.GetID() for node in [*nodes, *slicer.util.getNodesByClass("vtkMRMLViewNode")]]

@@ -9,6 +9,7 @@ import numpy as np
 import slicer
 
 from .frames import to_vtk
+from .names import free_name
 
 FRAME_ATTRIBUTE = "PolyPose.PixelFrame"
 """Attribute of a frame's transform node: the number of the view that shows its X-ray."""
@@ -25,9 +26,7 @@ def frame_above(points: slicer.vtkMRMLMarkupsNode | None) -> slicer.vtkMRMLLinea
 
 def new_frame(name: str, number: int | None = None) -> slicer.vtkMRMLLinearTransformNode:
     """A frame for the X-ray that view number shows, or that none shows yet; `place` moves it."""
-    node = slicer.mrmlScene.AddNewNodeByClass(
-        "vtkMRMLLinearTransformNode", slicer.mrmlScene.GenerateUniqueName(name)
-    )
+    node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", free_name(name))
     node.SetAttribute(FRAME_ATTRIBUTE, NO_VIEW if number is None else str(number))
     return node
 

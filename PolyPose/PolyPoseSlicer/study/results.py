@@ -14,6 +14,7 @@ from ..scene.cameras import plane_to_ras, set_camera
 from ..scene.frames import flip_affine
 from ..scene.grid_transform import set_grid_transform
 from ..scene.motions import Motion, fill_motion_table, set_table
+from ..scene.names import free_name
 from ..scene.nodes import Grid, Layer, Voxels, set_layer, set_volume
 from .loading import LoadedResult
 
@@ -44,7 +45,7 @@ class OutputNodes:
     warnings, distrust : tuples of str
         What a person should check, and why the result must not be trusted.
     seconds : dict
-        Computing time by stage.
+        Computing time by stage, and in all ("total").
     device : str
         Where it was computed.
     report : bytes, optional
@@ -73,6 +74,11 @@ class OutputNodes:
     def trusted(self) -> bool:
         """Whether no check failed."""
         return not self.distrust
+
+    @property
+    def total_seconds(self) -> float:
+        """Computing time of all stages."""
+        return self.seconds.get("total") or sum(self.seconds.values())
 
     def remove_made(self) -> None:
         """Remove the nodes that were made for a result that failed."""
@@ -159,9 +165,7 @@ def _node(nodes: OutputNodes, given: Any, kind: str, pattern: str, name: str) ->
     """The given node while it is in the scene, otherwise a new one."""
     if given is not None and given.GetScene() is not None:
         return given
-    node = slicer.mrmlScene.AddNewNodeByClass(
-        kind, slicer.mrmlScene.GenerateUniqueName(pattern.format(name=name))
-    )
+    node = slicer.mrmlScene.AddNewNodeByClass(kind, free_name(pattern.format(name=name)))
     nodes.made.append(node)
     return node
 
