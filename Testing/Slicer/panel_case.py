@@ -80,10 +80,9 @@ class PanelCase(SlicerTestCase):
         self.open()
 
     def tearDown(self) -> None:
-        host = self.host
         self.close()
         gc.collect()
-        self.assertEqual(list(host.Observations), [], "observers were left")
+        self.assertEqual(self.left, [], "observers were left")
         self.assertEqual(registration.leftover_folders(), [], "temporary folders were left")
         self.assertEqual([each for each in child_processes() if each not in self.before], [])
         super().tearDown()
@@ -101,12 +100,15 @@ class PanelCase(SlicerTestCase):
 
     def close(self) -> None:
         """Unload the panel."""
+        host = self.host
         if INSIDE_SLICER:
             slicer.util.selectModule("Data")
-            self.host.cleanup()
-            self.host.setup()
+            host.cleanup()
+            self.left = list(host.Observations)
+            host.setup()  # the application keeps the panel
         else:
             self.module.close()
+            self.left = list(host.Observations)
 
     def wait(self, condition: Callable[[], Any], seconds: float = 30.0) -> None:
         """Let the event loop run until a condition holds."""

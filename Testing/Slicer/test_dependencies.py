@@ -8,7 +8,6 @@ import types
 import unittest
 from unittest import mock
 
-import slicer
 from PolyPoseSlicer.process import dependencies
 from slicer_case import REPOSITORY, SlicerTestCase
 
@@ -59,9 +58,13 @@ class DependenciesTest(SlicerTestCase):
             self.ensure(torch=False)
         logic = mock.Mock()
         utils = types.SimpleNamespace(PyTorchUtilsLogic=lambda: logic)
-        with self.assertRaisesRegex(dependencies.DependencyError, "nothing is installed while testing"):
+        testing = mock.patch.object(dependencies, "is_testing", return_value=True)
+        with (
+            testing,
+            self.assertRaisesRegex(dependencies.DependencyError, "nothing is installed while testing"),
+        ):
             self.ensure(torch=False, utils=utils)
-        with mock.patch.object(slicer.app, "testingEnabled", return_value=False):
+        with mock.patch.object(dependencies, "is_testing", return_value=False):
             self.ensure(torch=False, utils=utils)
             logic.installTorch.assert_called_once_with(askConfirmation=True, torchVersionRequirement=">=2.2")
             logic.installTorch.return_value = None

@@ -12,7 +12,7 @@ import children
 import scenes
 import slicer
 from PolyPoseSlicer import calls
-from PolyPoseSlicer.process import registration
+from PolyPoseSlicer.process import environment, registration
 from PolyPoseSlicer.process.registration import State
 from PolyPoseSlicer.study.results import OutputNodes
 from registration_case import STRUCTURES, RegistrationCase
@@ -111,7 +111,7 @@ class FailureTest(RegistrationCase):
 
     def test_an_old_slicer_is_told_so(self) -> None:
         with (
-            mock.patch.object(slicer.app, "minorVersion", 8, create=True),
+            mock.patch.object(environment, "slicer_version", return_value=(5, 8)),
             self.assertRaisesRegex(InputError, r"needs 3D Slicer 5.12 or newer, and this is 5.8"),
         ):
             self.start("pass")

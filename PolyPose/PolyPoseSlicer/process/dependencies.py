@@ -46,6 +46,11 @@ def has_torch() -> bool:
     return True
 
 
+def is_testing() -> bool:
+    """Whether the application was started for tests, which install nothing."""
+    return bool(slicer.app.testingEnabled())
+
+
 def _install_torch_if_missing() -> None:
     """Let the PyTorch extension install PyTorch; it finds the build that fits the graphics card."""
     if has_torch():
@@ -58,7 +63,7 @@ def _install_torch_if_missing() -> None:
                 "PyTorch is missing: install the extension PyTorch in the Extensions Manager and restart Slicer."
             )
         ) from error
-    if slicer.app.testingEnabled():
+    if is_testing():
         raise DependencyError(_("PyTorch is missing, and nothing is installed while testing."))
     try:
         torch = PyTorchUtils.PyTorchUtilsLogic().installTorch(

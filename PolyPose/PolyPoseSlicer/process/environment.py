@@ -34,9 +34,14 @@ def make_core_importable() -> None:
         sys.path.insert(0, folder)
 
 
+def slicer_version() -> tuple[int, int]:
+    """The application's major and minor version."""
+    return int(slicer.app.majorVersion), int(slicer.app.minorVersion)
+
+
 def version_problem() -> str:
     """One sentence when this Slicer is too old, otherwise an empty text."""
-    version = (int(slicer.app.majorVersion), int(slicer.app.minorVersion))
+    version = slicer_version()
     if version >= OLDEST_SLICER:
         return ""
     return _(
