@@ -158,8 +158,10 @@ def _review(panel, manager, folder: Path) -> None:
     maps = [_picture(green)]
     ui.showGrid.checked = False
     ui.showJacobian.checked = True
+    _wait(lambda: not panel.review.maps.busy)
     maps.append(_picture(green))
     ui.weightStructure.currentIndex = ui.weightStructure.findText("femur_left")
+    _wait(lambda: not panel.review.maps.busy)
     maps.append(_picture(green))
     _save(_tile([maps]), folder / "maps.png")
     ui.weightStructure.currentIndex = 0

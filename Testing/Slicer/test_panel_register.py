@@ -150,7 +150,7 @@ class RegisterTest(PanelCase):
         self.ui.registerButton.click()
         self.end()
         self.assertIn("must not be trusted", self.ui.messageLabel.text)
-        self.assertIn("DO NOT TRUST", self.ui.reviewState.text)
+        self.assertIn("DO NOT TRUST", self.ui.verdictLabel.text)
         self.assertIsNotNone(self.panel.parameters.outputVolume)
 
     def test_options_reach_the_study(self) -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
+import threading
 import unittest
+from unittest import mock
 
 import numpy as np
 import scenes
@@ -178,17 +180,17 @@ class ReviewTest(PanelCase):
     def test_the_volume_change_and_its_folds(self) -> None:
         vectors, affine = scenes.field()
         self.ui.showJacobian.checked = True
-        self.assertIn("fold", self.ui.jacobianText.text.lower())
+        self.wait(lambda: "fold" in self.ui.jacobianText.text.lower())
         node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLGridTransformNode")
         set_grid_transform(node, np.zeros_like(vectors), affine)
-        change = deformation.volume_change(node)
+        change = deformation.volume_change(node)()
         np.testing.assert_allclose(change.values, 1, atol=1e-6)
         self.assertIn("No folds", change.text)
         k, _j, _i = np.indices(vectors.shape[:3])
         squeezed = np.zeros_like(vectors)
         squeezed += (-2.0 * k[..., None] * affine[:3, 2]).astype(np.float32)
         set_grid_transform(node, squeezed, affine)
-        change = deformation.volume_change(node)
+        change = deformation.volume_change(node)()
         np.testing.assert_allclose(change.values, -1, atol=1e-4)
         self.assertEqual(change.folds, 1)
         volume = deformation.show_volume_change(change)
@@ -199,15 +201,33 @@ class ReviewTest(PanelCase):
         self.ui.showJacobian.checked = False
         self.assertEqual({each.GetForegroundVolumeID() for each in layouts.anatomy_views()}, {None})
 
+    def test_a_map_that_is_no_longer_wanted_does_not_come(self) -> None:
+        go = threading.Event()
+        with mock.patch.object(deformation, "_change", lambda *_: go.wait(20)):
+            self.ui.showJacobian.checked = True
+        self.assertEqual(self.ui.jacobianText.text, "Computing...")
+        self.ui.weightStructure.currentIndex = self.ui.weightStructure.findText("femur")
+        go.set()
+        self.wait(lambda: "only 'femur'" in self.ui.jacobianText.text)
+        self.ui.weightStructure.currentIndex = 0
+        self.assertEqual(self.ui.jacobianText.text, "")
+        self.assertEqual({each.GetForegroundVolumeID() for each in layouts.anatomy_views()}, {None})
+
+    def test_a_map_that_cannot_be_computed_says_why(self) -> None:
+        with mock.patch.object(deformation, "_change", side_effect=MemoryError("no memory is left")):
+            self.ui.showJacobian.checked = True
+            self.wait(lambda: "no memory is left" in self.ui.jacobianText.text)
+
     def test_the_weight_of_a_structure(self) -> None:
         self.ui.showJacobian.checked = True
         index = self.ui.weightStructure.findText("femur")
         self.ui.weightStructure.currentIndex = index
         self.assertFalse(self.ui.showJacobian.checked)
+        self.wait(lambda: "only 'femur'" in self.ui.jacobianText.text)
         pelvis, femur = self.segmentation.GetSegmentation().GetSegmentIDs()[:2]
         values, _affine = deformation.structure_weight(
-            self.segmentation, {"pelvis": [pelvis], "femur": [femur]}, "femur"
-        )
+            self.segmentation, {"pelvis": [pelvis], "femur": [femur]}, "femur", deformation.Weighting()
+        )()
         self.assertGreaterEqual(values.min(), 0)
         self.assertAlmostEqual(values.max(), 1, places=3)
         shown = {each.GetForegroundVolumeID() for each in layouts.anatomy_views()}

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
+import numpy as np
 from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import PolyPoseError
 
+from ..process.background import Background
 from ..scene import deformation, layouts
 from ..study.parameters import PolyPoseParameterNode, Preset, structures_of
 
@@ -23,13 +27,21 @@ class MapsPart:
         self._ui = ui
         self._parameters: PolyPoseParameterNode | None = None
         self._setting = False
+        self._background = Background()
         ui.showGrid.connect("toggled(bool)", self._grid_toggled)
         ui.showGlyphs.connect("toggled(bool)", self._glyphs_toggled)
         ui.showJacobian.connect("toggled(bool)", self._jacobian_toggled)
         ui.weightStructure.connect("currentIndexChanged(int)", self._weight_chosen)
 
+    @property
+    def busy(self) -> bool:
+        """Whether a map is being computed."""
+        return self._background.busy
+
     def show(self, parameters: PolyPoseParameterNode | None) -> None:
         """Another parameter node, or the same that changed."""
+        if parameters is None:
+            self._background.drop()
         self._parameters = parameters
         ui = self._ui
         for name in ("showGrid", "showGlyphs", "showJacobian"):
@@ -59,46 +71,61 @@ class MapsPart:
             deformation.show_transform(parameters.outputTransform, parameters.outputVolume, what)
 
     def _jacobian_toggled(self, on: bool) -> None:
+        self._background.drop()
         if not on or self._parameters is None:
             self._ui.jacobianText.text = ""
             _overlay(None)
             return
         try:
-            change = deformation.volume_change(self._parameters.outputTransform)
+            work = deformation.volume_change(self._parameters.outputTransform)
         except PolyPoseError as error:
-            self._ui.jacobianText.text = str(error)
+            self._failed(error)
             return
-        self._ui.jacobianText.text = change.text
         self._setting = True
         self._ui.weightStructure.currentIndex = 0
         self._setting = False
+        self._compute(work, self._show_change)
+
+    def _show_change(self, change: deformation.VolumeChange) -> None:
+        self._ui.jacobianText.text = change.text
         _overlay(deformation.show_volume_change(change))
 
     def _weight_chosen(self, index: int) -> None:
         if self._setting or self._parameters is None:
             return
+        self._background.drop()
+        set_checked(self._ui.showJacobian, False)
         if index <= 0:
+            self._ui.jacobianText.text = ""
             _overlay(None)
             return
-        set_checked(self._ui.showJacobian, False)
-        name = self._ui.weightStructure.itemText(index)
-        options = json.loads(self._parameters.options or "{}")
-        usual = "mass" if self._parameters.preset is Preset.PAPER else "rigid"
+        parameters, name = self._parameters, self._ui.weightStructure.itemText(index)
+        options = json.loads(parameters.options or "{}")
+        usual = "mass" if parameters.preset is Preset.PAPER else "rigid"
+        weighting = deformation.Weighting(options.get("weights") or usual, options.get("epsilon") or 0.1)
         try:
-            values, affine = deformation.structure_weight(
-                self._parameters.segmentation,
-                structures_of(self._parameters),
-                name,
-                options.get("weights") or usual,
-                options.get("epsilon") or 0.1,
+            work = deformation.structure_weight(
+                parameters.segmentation, structures_of(parameters), name, weighting
             )
         except PolyPoseError as error:
-            self._ui.jacobianText.text = str(error)
+            self._failed(error)
             return
+        self._compute(work, partial(self._show_weight, name))
+
+    def _show_weight(self, name: str, weight: tuple[np.ndarray, np.ndarray]) -> None:
         self._ui.jacobianText.text = _("Black: '{name}' has no influence; yellow: only '{name}' has.").format(
             name=name
         )
-        _overlay(deformation.show_weight(values, affine, name))
+        _overlay(deformation.show_weight(*weight, name))
+
+    def _compute(self, work: Callable[[], Any], done: Callable[[Any], None]) -> None:
+        """Compute a map without holding up the application."""
+        self._ui.jacobianText.text = _("Computing...")
+        self._background.run(work, done, self._failed)
+
+    def _failed(self, error: Exception) -> None:
+        _overlay(None)
+        self._ui.jacobianText.text = str(error)
 
 
 def set_checked(box: Any, checked: bool) -> None:

@@ -16,6 +16,7 @@ from .landmarks import LandmarksPart
 from .node_choice import NodeChoice
 from .register import RegisterPart
 from .review import ReviewPart
+from .shortcuts import Shortcuts
 from .structures import StructuresPart
 from .xrays import XraysPart
 
@@ -54,6 +55,9 @@ class Panel:
             ui, logic, requirements, self.xrays, self.carm.look_at, self.landmarks.finish
         )
         self.review = ReviewPart(ui, logic, self.renderer, self._reports, self.carm.reference)
+        self._shortcuts = Shortcuts(
+            form, {"Ctrl+Shift+B": self.review.swap_posture, "Ctrl+Shift+F": self.review.swap_flicker}
+        )
         self.register = RegisterPart(ui, logic, requirements, self._result_came)
         scene = slicer.mrmlScene
         host.addObserver(scene, scene.StartCloseEvent, self._scene_closes)
@@ -66,10 +70,12 @@ class Panel:
     def enter(self) -> None:
         """The module is opened."""
         self.use(self.logic.getParameterNode())
+        self._shortcuts.start()
         self._show_pictures_again()
 
     def exit(self) -> None:
         """Another module is opened: a registration and a search go on, everything else stops."""
+        self._shortcuts.stop()
         self.carm.stop()
         self.review.pause()
         self.renderer.close()
@@ -78,6 +84,7 @@ class Panel:
     def cleanup(self) -> None:
         """The module is reloaded or the application ends."""
         slicer.app.disconnect("aboutToQuit()", self.stop)
+        self._shortcuts.stop()
         self.stop()
         self.review.close()
         self.use(None)

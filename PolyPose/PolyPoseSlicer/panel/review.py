@@ -27,6 +27,7 @@ from .motions import MotionsPart, motion_header
 from .pictures import Pictures, pictures_of_inputs, pictures_of_result
 from .posture import show_only_bones, show_posture
 from .report_page import ReportPage
+from .verdict import verdict_of
 
 FLICKER_MS = 400
 RESIZED_MS = 100
@@ -89,10 +90,23 @@ class ReviewPart:
             getattr(self._ui, name).enabled = (
                 parameters is not None and parameters.outputTransform is not None
             )
-        self._ui.reviewState.text = _state_text(parameters)
+        self._show_verdict(parameters)
         self.follow_cameras()
         if parameters is not None and layouts.shown() and self._fitted not in (None, self._subject()):
             self.show_layout()
+
+    def _show_verdict(self, parameters: PolyPoseParameterNode | None) -> None:
+        """Say whether the result may be used, or that there is none."""
+        ui = self._ui
+        there = parameters is not None and parameters.outputTransform is not None
+        ui.verdictLabel.setVisible(there)
+        if not there:
+            ui.reviewState.text = _("No result yet: register, or load an earlier result.")
+            return
+        verdict = verdict_of(outputs_of(parameters))
+        ui.verdictLabel.text = verdict.headline
+        ui.verdictLabel.setStyleSheet(verdict.style)
+        ui.reviewState.text = "\n".join(verdict.lines)
 
     def result_came(self, nodes: Any) -> None:
         """A registration has ended: show what it found."""
@@ -193,6 +207,17 @@ class ReviewPart:
 
     def _view_sizes(self) -> Any:
         return self.pictures.view_sizes(), fitting.view_sizes()
+
+    def swap_posture(self) -> None:
+        """Show the other posture."""
+        if self._ui.showAfter.enabled:
+            other = self._ui.showBefore if self._after else self._ui.showAfter
+            other.checked = True
+
+    def swap_flicker(self) -> None:
+        """Let the chosen view, or all, flicker between X-ray and rendering, or blend them again."""
+        flickers = self._ui.compareMode.currentIndex == Mode.FLICKER.value
+        self._ui.compareMode.currentIndex = (Mode.BLEND if flickers else Mode.FLICKER).value
 
     def set_after(self, after: bool) -> None:
         """Show the posture of the X-rays, or that of the CT."""
@@ -351,16 +376,6 @@ class ReviewPart:
         )
         if path:
             self.save_report(str(path))
-
-
-def _state_text(parameters: PolyPoseParameterNode | None) -> str:
-    """Why the result must not be trusted and its warnings, or that there is none."""
-    if parameters is None or parameters.outputTransform is None:
-        return _("No result yet: register, or load an earlier result.")
-    outputs = outputs_of(parameters)
-    lines = [_("DO NOT TRUST THIS RESULT: {why}").format(why=each) for each in outputs.distrust]
-    lines += [_("Warning: {text}").format(text=each) for each in outputs.warnings]
-    return "\n".join(lines) or _("The checks found no sign of failure.")
 
 
 def _size_of(ct: slicer.vtkMRMLScalarVolumeNode | None) -> str:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 import slicer
@@ -14,7 +17,10 @@ from PolyPoseLib.errors import InputError
 
 from . import layouts
 from .frames import flip_affine, flip_vectors, from_vtk, to_vtk
-from .nodes import Grid, read_layers, region_on
+from .nodes import Grid, Layer, read_layers, region_on
+
+if TYPE_CHECKING:
+    from PolyPoseLib.data.displacement_field import DisplacementField
 
 MAP_ATTRIBUTE = "PolyPose.Map"
 """Attribute of the volumes that are drawn here: "volume change" or "weight"."""
@@ -80,10 +86,12 @@ class VolumeChange:
         return folds + " " + spread
 
 
-def volume_change(node: slicer.vtkMRMLTransformNode) -> VolumeChange:
-    """The Jacobian map of a grid transform node; raises InputError when it holds no grid."""
+def volume_change(node: slicer.vtkMRMLTransformNode) -> Callable[[], VolumeChange]:
+    """What computes the Jacobian map of a grid transform node, without touching the node any more.
+
+    Raises InputError when the node holds no grid.
+    """
     from PolyPoseLib.data.displacement_field import DisplacementField
-    from PolyPoseLib.warp.dense import jacobian_determinant
 
     transform = node.GetTransformFromParentAs("vtkOrientedGridTransform", False, True)
     if transform is None or transform.GetDisplacementGrid() is None:
@@ -102,6 +110,12 @@ def volume_change(node: slicer.vtkMRMLTransformNode) -> VolumeChange:
     field = DisplacementField(
         np.ascontiguousarray(flip_vectors(vectors), dtype=np.float32), flip_affine(affine)
     )
+    return partial(_change, field, affine)
+
+
+def _change(field: DisplacementField, affine: np.ndarray) -> VolumeChange:
+    from PolyPoseLib.warp.dense import jacobian_determinant
+
     values = np.asarray(jacobian_determinant(field), np.float32)
     return VolumeChange(values, affine, float(np.mean(values <= 0)))
 
@@ -115,20 +129,34 @@ def show_volume_change(change: VolumeChange) -> slicer.vtkMRMLScalarVolumeNode:
     return node
 
 
+@dataclass(frozen=True)
+class Weighting:
+    """How the warp weighs structures, as in PolyPoseLib.data.options."""
+
+    form: str = "rigid"
+    epsilon: float = 0.1
+
+
 def structure_weight(
     segmentation: slicer.vtkMRMLSegmentationNode,
     structures: dict[str, list[str]],
     name: str,
-    form: str = "rigid",
-    epsilon: float = 0.1,
-) -> tuple[np.ndarray, np.ndarray]:
-    """How strongly a structure's motion influences each point of the CT: (k, j, i) from 0 to 1, index to RAS (4, 4).
+    weighting: Weighting,
+) -> Callable[[], tuple[np.ndarray, np.ndarray]]:
+    """What computes how strongly a structure's motion influences each point of the CT, without touching nodes.
 
-    form: as in PolyPoseLib.data.options. At rest, on a grid of about 4 mm. Raises InputError for an unknown name.
+    It returns (k, j, i) from 0 to 1 and index to RAS (4, 4), at rest, on a grid of about 4 mm. Raises InputError for
+    an unknown name.
     """
     if name not in structures:
         raise InputError(_("There is no structure '{name}': choose one from the table.").format(name=name))
     layers = read_layers(segmentation, [each for ids in structures.values() for each in ids])
+    return partial(_weight_of, layers, structures, name, weighting)
+
+
+def _weight_of(
+    layers: list[Layer], structures: dict[str, list[str]], name: str, weighting: Weighting
+) -> tuple[np.ndarray, np.ndarray]:
     grid = _coarse_grid([layer.voxels.grid for layer in layers])
     owner = np.zeros(grid.shape, np.int16)
     for number, ids in enumerate(structures.values(), start=1):
@@ -139,10 +167,10 @@ def structure_weight(
                 np.copyto(owner[region], np.int16(number), where=np.isin(values, labels))
     share = np.bincount(owner.ravel(), minlength=len(structures) + 1)[1:].astype(np.float64)
     share /= max(share.sum(), 1)
-    total, mine = np.zeros(grid.shape, np.float64), None
+    total, mine = np.zeros(grid.shape, np.float64), np.zeros(grid.shape, np.float64)
     for number, structure in enumerate(structures, start=1):
         squared = _distance(owner == number, grid.spacing) ** 2
-        weight = _weight(squared, share[number - 1], form, epsilon)
+        weight = _weight(squared, share[number - 1], weighting)
         total += weight
         mine = weight if structure == name else mine
     return (mine / np.maximum(total, 1e-30)).astype(np.float32), flip_affine(grid.affine)
@@ -157,11 +185,11 @@ def show_weight(values: np.ndarray, affine: np.ndarray, name: str) -> slicer.vtk
     return node
 
 
-def _weight(squared: np.ndarray, share: float, form: str, epsilon: float) -> np.ndarray:
-    if form == "mass":
+def _weight(squared: np.ndarray, share: float, weighting: Weighting) -> np.ndarray:
+    if weighting.form == "mass":
         return share / (1 + squared)
-    if form == "epsilon":
-        return 1 / (1 + epsilon * squared)
+    if weighting.form == "epsilon":
+        return 1 / (1 + weighting.epsilon * squared)
     return share / (_RIGID_DELTA_MM**2 + squared)
 
 
