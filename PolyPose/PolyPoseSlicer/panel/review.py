@@ -98,12 +98,12 @@ class ReviewPart:
     def _show_verdict(self, parameters: PolyPoseParameterNode | None) -> None:
         """Say whether the result may be used, or that there is none."""
         ui = self._ui
-        there = parameters is not None and parameters.outputTransform is not None
-        ui.verdictLabel.setVisible(there)
-        if not there:
+        if parameters is None or parameters.outputTransform is None:
+            ui.verdictLabel.setVisible(False)
             ui.reviewState.text = _("No result yet: register, or load an earlier result.")
             return
         verdict = verdict_of(outputs_of(parameters))
+        ui.verdictLabel.setVisible(True)
         ui.verdictLabel.text = verdict.headline
         ui.verdictLabel.setStyleSheet(verdict.style)
         ui.reviewState.text = "\n".join(verdict.lines)
