@@ -49,7 +49,7 @@ from PolyPoseLib.registration.uncertainty.checks import (
     score_views,
 )
 from PolyPoseLib.registration.uncertainty.doubts import Evidence, disputed_warnings, doubts_about
-from PolyPoseLib.registration.uncertainty.intervals import distortion_error, structure_uncertainties
+from PolyPoseLib.registration.uncertainty.intervals import structure_uncertainties, systematic_error
 from PolyPoseLib.registration.uncertainty.visibility import structure_visibility
 from PolyPoseLib.rendering.select import resolve_device, select_backend
 
@@ -122,7 +122,7 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
     with monitor.timed("uncertainty"):
         uncertainties = {}
         if options.uncertainty:
-            systematic = distortion_error(cameras.xrays, final, run.scene.anchor_centre)
+            systematic = systematic_error(study.ct, cameras.xrays, final, run.scene.anchor_centre)
             uncertainties = structure_uncertainties(run, joint, agreement, systematic)
     masks = [xray.mask for xray in cameras.xrays]
     evidence = Evidence(

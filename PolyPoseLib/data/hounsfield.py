@@ -112,7 +112,7 @@ def odd_hounsfield_values(ct: Volume, name: str) -> tuple[str, ...]:
         )
     if high < _BONE:
         return (f"{name}: no voxel is bone (highest value {high:g} HU); the CT may be clipped.",)
-    if values.share_clipped(high) > _CLIPPED_SHARE:
+    if _is_clipped(values, high):
         return (
             f"{name} was clipped to a window ({low:g} to {high:g} HU), so dense bone looks like soft bone and motions "
             "are less accurate; give the CT as the scanner stored it.",
@@ -129,6 +129,15 @@ def odd_hounsfield_values(ct: Volume, name: str) -> tuple[str, ...]:
             "calibrated (cone-beam CT, for example), and motions may be less accurate.",
         )
     return ()
+
+
+def bone_is_clipped(ct: Volume) -> bool:
+    """Whether dense bone of a CT looks like soft bone, because its values were clipped to a window."""
+    return _is_clipped(_Values.of(ct), float(ct.voxels.max()))
+
+
+def _is_clipped(values: _Values, high: float) -> bool:
+    return values.share_clipped(high) > _CLIPPED_SHARE
 
 
 def _not_hounsfield(low: float, high: float) -> str:

@@ -19,6 +19,13 @@ SOFT_TISSUE_HU = 40.0
 AIR_BELOW_HU, BONE_ABOVE_HU = -300.0, 150.0
 """Soft tissue is what lies between."""
 
+AIR_HU = -1000.0
+CLIPPED_AIR_HU = (-500.0, -120.0)
+"""Lowest value of a CT that was clipped to a window of soft tissue: above the lungs', and below fat's."""
+
+CLIPPED_AIR_SHARE = 0.02
+"""Of the voxels that have the lowest value, at least, where it was clipped."""
+
 BARE_SHARE = 0.02
 """Of the voxels outside the structures that is soft tissue at most where a CT holds bones alone; of a whole CT it is a
 tenth at least."""
@@ -59,8 +66,9 @@ class Scene:
         self.structures = structures
         self.centres = structures.centroids(ct.affine)
         self.ct_affine = ct.affine
+        ct = with_air(ct)
         self.bare = holds_bones_alone(ct, structures)
-        voxels, outside = ct.voxels, -1000.0
+        voxels, outside = ct.voxels, AIR_HU
         if self.bare:  # bones in air: what they add to soft tissue is rendered, as if it were everywhere
             voxels, outside = np.where(voxels < AIR_BELOW_HU, SOFT_TISSUE_HU, voxels), SOFT_TISSUE_HU
         factors = block_factors(ct.affine, working_mm)
@@ -113,6 +121,21 @@ class Scene:
         affine[:3, 3] += affine[:3, :3] @ np.array([s.start for s in reversed(box)], float)
         grid = Grid(excess.astype(np.float32), affine).coarsened(voxel_mm).padded()
         return Body(grid.voxels, grid.affine, self.centres[number])
+
+
+def with_air(ct: Volume) -> Volume:
+    """A CT that was clipped to a window of soft tissue with its air as air; any other as it is.
+
+    Air at -160 HU attenuates like fat and would be everywhere: patient and direct beam would differ by a sixth of what
+    they do in the X-ray.
+    """
+    lowest = float(ct.voxels.min())
+    if not CLIPPED_AIR_HU[0] < lowest <= CLIPPED_AIR_HU[1]:
+        return ct
+    clipped = ct.voxels == lowest
+    if clipped.mean() < CLIPPED_AIR_SHARE:
+        return ct
+    return Volume(np.where(clipped, np.float32(AIR_HU), ct.voxels), ct.affine)
 
 
 def holds_bones_alone(ct: Volume, structures: Structures) -> bool:

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from PolyPoseLib.data.hounsfield import bone_is_clipped
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.bones.agreement import Agreement
@@ -24,6 +26,10 @@ Testing/Benchmarks/degraded.py."""
 UNCONFIRMED_DEG, UNCONFIRMED_MM = 7.0, 5.0
 """Standard deviations of a bone that no X-ray shows clearly, and along the beam of the one that does, where another
 contradicts it."""
+
+CLIPPED_DEG, CLIPPED_MM = 1.5, 1.5
+"""Standard deviations more where the CT was clipped to a window of soft tissue: edges of bones are not where the X-rays
+have them, and bones were up to 3.3 mm off."""
 
 
 def structure_uncertainties(
@@ -70,6 +76,31 @@ def _beam(camera: Camera, fixed_to_moving: np.ndarray, centre: np.ndarray) -> np
     source = fixed_to_moving[:3, :3] @ camera.source + fixed_to_moving[:3, 3]
     ray = centre - source
     return ray / np.linalg.norm(ray)
+
+
+def systematic_error(
+    ct: Volume, xrays: Sequence[Xray], observations: Sequence[Observation], point: np.ndarray
+) -> PoseUncertainty | None:
+    """What all poses may be off by, whatever the images show: distortion, and a CT without dense bone.
+
+    Parameters
+    ----------
+    ct : Volume
+        In HU.
+    xrays, observations, point
+        As :func:`distortion_error` takes them.
+
+    Returns
+    -------
+    PoseUncertainty or None
+        None where nothing speaks for such an error.
+
+    """
+    distortion = distortion_error(xrays, observations, point)
+    if not bone_is_clipped(ct):
+        return distortion
+    clipped = PoseUncertainty.independent(CLIPPED_DEG, CLIPPED_MM)
+    return clipped if distortion is None else clipped.with_error(distortion)
 
 
 def distortion_error(

@@ -6,6 +6,7 @@ from ct_values import as_volume, padded, random_ct
 
 from PolyPoseLib.data.hounsfield import (
     HIGHEST_HU,
+    bone_is_clipped,
     impossible_hounsfield_values,
     impossible_size,
     odd_hounsfield_values,
@@ -87,6 +88,8 @@ def test_a_clipped_ct_and_poor_calibration_are_warnings(seed):
     assert "clipped to a window (-160 to 240 HU)" in verdict(np.clip(values, -160, 240))
     assert "clipped to a window" in verdict(np.clip(values, -1000, 400))
     assert verdict(np.clip(values, -1000, 1000)) == "silent"
+    assert bone_is_clipped(as_volume(np.clip(values, -1000, 400)))
+    assert not any(bone_is_clipped(as_volume(each)) for each in (values, np.clip(values, -1000, 1000)))
     cone_beam = np.where(values > -800, values - 300, values) + rng.normal(0, 60, values.shape)
     assert "not well calibrated" in verdict(cone_beam)
     assert "no voxel is bone" in verdict(np.minimum(values, 150))

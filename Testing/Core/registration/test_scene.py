@@ -5,7 +5,7 @@ import pytest
 from phantom_study import phantom
 
 from PolyPoseLib.data.volume import WATER_ATTENUATION_PER_MM, Volume
-from PolyPoseLib.registration.scene import SOFT_TISSUE_HU, Scene, holds_bones_alone
+from PolyPoseLib.registration.scene import AIR_HU, SOFT_TISSUE_HU, Scene, holds_bones_alone, with_air
 
 
 @pytest.fixture(scope="module")
@@ -48,3 +48,29 @@ def test_bones_in_air_have_no_soft_tissue_and_no_border(bare):
     assert np.abs(scene.soft.voxels).max() < 1e-3 * WATER_ATTENUATION_PER_MM
     outside = scene.owners == 0
     assert np.abs(scene.whole.voxels[outside]).max() < 1e-3 * WATER_ATTENUATION_PER_MM
+
+
+@pytest.mark.parametrize(("low", "high"), [(-160, 240), (-150, 250), (-200, 300)])
+def test_a_ct_clipped_to_soft_tissue_has_its_air_again_and_the_rest_as_it_is(whole, low, high):
+    ct, structures = whole
+    clipped = Volume(np.clip(ct.voxels, low, high).astype(np.float32), ct.affine)
+    mended = with_air(clipped).voxels
+    air = ct.voxels <= low
+    assert (mended[air] == AIR_HU).all()
+    np.testing.assert_array_equal(mended[~air], clipped.voxels[~air])
+    outside = Scene(*whole, "pelvis").whole.voxels == 0
+    assert outside.any() and not Scene(clipped, structures, "pelvis").whole.voxels[outside].any()
+
+
+def test_no_other_ct_gets_air(whole):
+    ct, _structures = whole
+    inside = np.argwhere(ct.voxels > -300)
+    box = tuple(slice(low, high + 1) for low, high in zip(inside.min(0), inside.max(0), strict=True))
+    soft = (
+        np.random.default_rng(0).normal(-60, 20, (20, 20, 20)).astype(np.float32)
+    )  # no air, lowest value near -140
+    for voxels in (ct.voxels, np.clip(ct.voxels, -1024, 400), np.clip(ct.voxels, -100, 300), soft):
+        given = Volume(np.asarray(voxels, np.float32), ct.affine)
+        assert with_air(given) is given
+    cropped = Volume(ct.voxels[box], ct.affine)
+    assert with_air(cropped) is cropped

@@ -4,11 +4,18 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from ct_values import as_volume, random_ct
 from random_camera import camera
 
 from PolyPoseLib.registration.fit.levels import Observation, pixel_size_mm
 from PolyPoseLib.registration.uncertainty.covariance import FAINTEST, TYPICAL_CONTRAST, PoseUncertainty
-from PolyPoseLib.registration.uncertainty.intervals import DISTORTION, _beam, distortion_error
+from PolyPoseLib.registration.uncertainty.intervals import (
+    CLIPPED_MM,
+    DISTORTION,
+    _beam,
+    distortion_error,
+    systematic_error,
+)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -56,3 +63,22 @@ def test_distortion_grows_with_the_field_and_is_that_of_the_x_rays_that_may_have
     assert error is not None
     radius = min(image.shape) / 2 * pixel_size_mm(view, point)
     assert error.widest_mm == pytest.approx(1.96 * DISTORTION * radius)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ct_clipped_to_soft_tissue_makes_all_poses_less_certain(seed):
+    view = camera(seed)
+    point = view.source + 700 * view.axis
+    image = np.zeros((view.height, view.width), np.float32)
+    observations = [Observation(image, image == 0, view)]
+    whole = random_ct(np.random.default_rng(seed))
+    clean, bent = ([SimpleNamespace(maybe_distorted=each)] for each in (False, True))
+
+    def width(values, xrays):
+        error = systematic_error(as_volume(values), xrays, observations, point)
+        return 0.0 if error is None else error.widest_mm
+
+    clipped = np.clip(whole, -160, 240)
+    assert width(whole, clean) == 0
+    assert width(clipped, clean) == pytest.approx(1.96 * CLIPPED_MM)
+    assert width(clipped, bent) == pytest.approx(np.hypot(width(clipped, clean), width(whole, bent)))
