@@ -94,7 +94,7 @@ class StructuresTest(PanelCase):
         self.assertEqual(self.panel.parameters.anchor, "femur")
         self.assertFalse(self.cells()[0][2])
         table.item(1, 0).setCheckState(qt.Qt.Unchecked)
-        self.assertIn("anchor", self.ui.registerButton.text)
+        self.assertIn("anchor", self.ui.stageLabel.text)
         self.assertFalse(self.ui.registerButton.enabled)
 
     def test_the_table_is_filtered(self) -> None:
@@ -113,7 +113,7 @@ class StructuresTest(PanelCase):
         self.assertEqual([name for name, *_ in self.cells()], ["pelvis", "rod"])
         slicer.mrmlScene.RemoveNode(self.segmentation)
         self.assertEqual(self.cells(), [])
-        self.assertIn("segmentation", self.ui.registerButton.text)
+        self.assertIn("segmentation", self.ui.stageLabel.text)
 
     def test_a_deleted_input_is_not_replaced_by_another_that_the_selector_moves_on_to(self) -> None:
         scenes.add_ct(None, "another CT")
@@ -126,11 +126,11 @@ class StructuresTest(PanelCase):
             self.wait(lambda: selector.currentNode() is None, 5)  # noqa: B023
         self.assertIsNone(self.panel.parameters.ct)
         self.assertIsNone(self.panel.parameters.segmentation)
-        self.assertIn("CT", self.ui.registerButton.text)
+        self.assertIn("CT", self.ui.stageLabel.text)
 
     def test_what_is_missing_is_the_buttons_text(self) -> None:
         self.ui.ctSelector.setCurrentNode(None)
-        self.assertIn("CT", self.ui.registerButton.text)
+        self.assertIn("CT", self.ui.stageLabel.text)
         self.assertFalse(self.ui.registerButton.enabled)
 
 

@@ -68,7 +68,7 @@ class LifeTest(PanelCase):
         self.assertFalse(self.panel.register.running)
         self.assertIsNone(xray_views.part(0, "image"))
         self.assertEqual(self.ui.structuresTable.rowCount, 0)
-        self.assertIn("CT", self.ui.registerButton.text)
+        self.assertIn("CT", self.ui.stageLabel.text)
         self.fill()
         self.assertEqual(self.ui.registerButton.text, "Register")
 

@@ -133,18 +133,36 @@ class LayoutTest(PanelCase):
 
     def forget(self) -> None:
         """As in an application that has not loaded the module yet."""
-        for views in range(layouts.MOST_VIEWS):
-            self.node().SetLayoutDescription(layouts.LAYOUT + views, "")
-            self.assertFalse(self.node().IsLayoutDescription(layouts.LAYOUT + views))
+        for number in self.numbers():
+            self.node().SetLayoutDescription(number, "")
+            self.assertFalse(self.node().IsLayoutDescription(number))
+
+    def numbers(self) -> dict[int, str]:
+        """Descriptions of all layouts by their number."""
+        return {
+            layouts.number_of(views, plot): layouts.description(views, plot)
+            for views in range(1, layouts.MOST_VIEWS + 1)
+            for plot in (False, True)
+        }
 
     def test_all_layouts_are_known_once_they_are_registered(self) -> None:
         self.forget()
         layouts.register()
         layouts.register()
-        for views in range(1, layouts.MOST_VIEWS + 1):
-            self.assertEqual(
-                self.node().GetLayoutDescription(layouts.LAYOUT + views - 1), layouts.description(views)
-            )
+        self.assertEqual(len(self.numbers()), 2 * layouts.MOST_VIEWS)
+        for number, description in self.numbers().items():
+            self.assertEqual(self.node().GetLayoutDescription(number), description)
+
+    def test_the_curve_comes_and_goes_in_the_layout(self) -> None:
+        self.fill()
+        self.ui.layoutButton.click()
+        for on in (True, False, True):
+            self.ui.showCurve.checked = on
+            self.assertTrue(layouts.shown())
+            self.assertEqual(layouts.PLOT_VIEW in slicer.app.layoutManager().names(), on)
+        slicer.app.layoutManager().setLayout(slicer.vtkMRMLLayoutNode.SlicerLayoutFourUpView)
+        self.ui.showCurve.checked = False
+        self.assertFalse(layouts.shown())
 
     def test_a_layout_whose_number_came_with_a_scene_is_shown(self) -> None:
         for repair in (layouts.register, lambda: layouts.show(2)):

@@ -162,7 +162,6 @@ class CameraPart:
         """Show what was found for the selected X-ray."""
         source = self._source()
         if source is not None and source.found is not None:
-            self._ui.carmSection.collapsed = False
             self._look_at(source.found.extrinsic)
 
     def accept(self) -> None:

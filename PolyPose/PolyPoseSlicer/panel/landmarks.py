@@ -267,12 +267,9 @@ class LandmarksPart:
 
     def _view_problem(self) -> str:
         """Why the X-ray cannot be shown for picking; empty when it can."""
-        reports = [self._xrays.reader.report(each) for each in self._xrays.sources[: self._xrays.number + 1]]
-        for source, report in zip(self._xrays.sources, reports, strict=False):
-            if report.xray is None:
-                return _("The X-ray '{name}' is not ready: complete its geometry, or remove it.").format(
-                    name=source.name
-                )
+        problem = self._xrays.missing_until(self._xrays.number + 1)
+        if problem:
+            return problem
         if self._xrays.number >= layouts.MOST_VIEWS:
             return _("Only the first {count} X-rays can be shown: remove another one first.").format(
                 count=layouts.MOST_VIEWS

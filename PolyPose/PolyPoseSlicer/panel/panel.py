@@ -9,7 +9,7 @@ import vtk
 
 from ..process.renderer import Renderer
 from ..scene import layouts
-from ..study.parameters import PolyPoseParameterNode, xray_sources
+from ..study.parameters import PolyPoseParameterNode, missing_bones, missing_xrays, xray_sources
 from .cameras import CameraPart
 from .carm import CarmPart
 from .landmarks import LandmarksPart
@@ -17,6 +17,7 @@ from .node_choice import NodeChoice
 from .register import RegisterPart
 from .review import ReviewPart
 from .shortcuts import Shortcuts
+from .steps import Steps
 from .structures import StructuresPart
 from .xrays import XraysPart
 
@@ -44,6 +45,7 @@ class Panel:
         form.setMRMLScene(slicer.mrmlScene)
         ui = self.ui
         self.renderer = Renderer(self._say)
+        self.steps = Steps(ui)
         self.structures = StructuresPart(ui)
         self.choice = NodeChoice(host, self._nodes_deleted)
         self._inputs: dict[str, str] = {}
@@ -128,10 +130,23 @@ class Panel:
             self.cameras.show(parameters)
             self.landmarks.show(parameters)
             self.carm.show(parameters)
-            self.register.show(parameters)
+            self.register.show(parameters, self.xrays.missing_until())
             self.review.show(parameters)
+            self._show_steps(parameters)
         finally:
             self._refreshing = False
+
+    def _show_steps(self, parameters: PolyPoseParameterNode | None) -> None:
+        if parameters is not None:
+            xrays_done = not (missing_xrays(parameters) or self.xrays.missing_until())
+            self.steps.show(
+                {
+                    "inputsSection": not missing_bones(parameters),
+                    "xraysSection": xrays_done,
+                    "cameraSection": self.xrays.have_cameras,
+                    "reviewSection": parameters.outputTransform is not None,
+                }
+            )
 
     def _remember_inputs(self, parameters: PolyPoseParameterNode) -> None:
         """Note the inputs, but not what a selector chose in the place of one that was deleted."""
@@ -191,6 +206,7 @@ class Panel:
         """Show a new result, unless another module is open."""
         if self.parameters is not None:
             self.review.result_came(nodes)
+            self.steps.open("reviewSection")
 
     def _reports(self) -> list[Any]:
         sources = xray_sources(self.parameters) if self.parameters is not None else []

@@ -1,4 +1,4 @@
-"""The panel's Register section: options, one button, progress, and the curve while it runs."""
+"""The panel's settings and its foot: one button, what is missing, progress, and the curve while it runs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..process.dependencies import ensure_dependencies
 from ..process.registration import Registration, State
 from ..scene import layouts
 from ..scene.names import free_name
-from ..study.parameters import PolyPoseParameterNode, store_outputs
+from ..study.parameters import PolyPoseParameterNode, store_outputs, structures_of, xray_sources
 from ..study.result_origin import remember_segments
 from ..study.results import fill_similarity_table, set_plot
 from .live_preview import LivePreview
@@ -55,12 +55,14 @@ class RegisterPart:
         self._active: _Active | None = None
         self._made: list[Any] = []
         self._showing = False
+        self._missing = ""
         self._timer = qt.QTimer()
         self._timer.interval = POLL_MS
         self._timer.connect("timeout()", self._poll)
         ui.outputFolder.filters = ctk.ctkPathLineEdit.Dirs
         ui.outputFolder.currentPath = ""  # not the last one of its history: that holds an earlier result
         ui.progressBar.setVisible(False)
+        ui.messageLabel.setVisible(False)
         ui.registerButton.connect("clicked()", self.press)
         for name, signal in (
             ("refineCameras", "toggled(bool)"),
@@ -75,9 +77,9 @@ class RegisterPart:
         """Whether a registration is running."""
         return self._active is not None
 
-    def show(self, parameters: PolyPoseParameterNode | None) -> None:
-        """Another parameter node, or the same that changed."""
-        self._parameters = parameters
+    def show(self, parameters: PolyPoseParameterNode | None, missing: str = "") -> None:
+        """Another parameter node, or the same that changed; missing: what is still needed, one sentence."""
+        self._parameters, self._missing = parameters, missing
         if parameters is not None:
             options = json.loads(parameters.options or "{}")
             self._showing = True
@@ -161,7 +163,6 @@ class RegisterPart:
             active.preview.restore()
         self._remove_curve()
         self._ui.progressBar.setVisible(False)
-        self._ui.stageLabel.text = ""
         self._show_button()
 
     def _show_progress(self, active: _Active) -> None:
@@ -216,7 +217,7 @@ class RegisterPart:
         self._made.clear()
 
     def _show_button(self) -> None:
-        """The button's text says what it does, or what is missing."""
+        """The button registers or cancels; the line above it says what is missing, or what is going on."""
         button = self._ui.registerButton
         if self._active is not None:
             cancelling = self._active.run.cancelling
@@ -224,10 +225,16 @@ class RegisterPart:
             button.enabled = not cancelling
             button.setToolTip(_("Stop the registration; nothing is changed."))
             return
-        missing = self._logic.missingInput(self._parameters) if self._parameters is not None else ""
-        button.enabled = self._parameters is not None and not missing
-        button.text = missing or _("Register")
+        parameters = self._parameters
+        missing = (self._logic.missingInput(parameters) or self._missing) if parameters is not None else ""
+        button.enabled = parameters is not None and not missing
+        button.text = _("Register")
         button.setToolTip(missing or _("Align the CT to the X-rays."))
+        ready = _("Ready: {bones} structures, {xrays} X-rays.").format(
+            bones=len(structures_of(parameters)) if parameters is not None else 0,
+            xrays=len(xray_sources(parameters)) if parameters is not None else 0,
+        )
+        self._ui.stageLabel.text = missing or (ready if parameters is not None else "")
 
     def _options_edited(self, *_ignored: Any) -> None:
         """Store the advanced options; defaults are left out."""
@@ -248,3 +255,4 @@ class RegisterPart:
 
     def _say(self, text: str) -> None:
         self._ui.messageLabel.text = text
+        self._ui.messageLabel.setVisible(bool(text))

@@ -66,6 +66,7 @@ class ReviewPart:
         self._flicker.connect("timeout()", self.pictures.flicker)
         self._aimed_at: Any = None
         self._fitted: Any = None
+        self._new = False
         self._resized = qt.QTimer()
         self._resized.setSingleShot(True)
         self._resized.interval = RESIZED_MS
@@ -80,6 +81,7 @@ class ReviewPart:
         ui.compareAmount.connect("valueChanged(double)", self._compare)
         ui.fromDetector.connect("toggled(bool)", self._turn)
         ui.saveReport.connect("clicked()", self._ask_report)
+        ui.showCurve.connect("toggled(bool)", self._curve_toggled)
 
     def show(self, parameters: PolyPoseParameterNode | None) -> None:
         """Another parameter node, or the same that changed."""
@@ -167,7 +169,7 @@ class ReviewPart:
         if not layouts.shown():
             self._fitted = None
         self.refresh_pictures(force=True)
-        if not layouts.show(len(self.pictures.items)):
+        if not layouts.show(len(self.pictures.items), self._ui.showCurve.checked):
             self._ui.reviewState.text = _("Slicer has no main window to show the views in.")
         self.pictures.draw_carms()
         self.pictures.aim()
@@ -175,10 +177,11 @@ class ReviewPart:
         if self._parameters is not None:
             layouts.show_plot(self._parameters.outputPlot)
         self._show_slices()
-        if self._fitted != self._subject():
+        self._new = self._fitted != self._subject()
+        if self._new:
             self._fitted = self._subject()
             self._fit()
-            self._aimed_at = self._view_sizes()
+        self._aimed_at = self._view_sizes()
         self._run_flicker()
         if not self._after:
             self._render_before()
@@ -189,7 +192,8 @@ class ReviewPart:
         if self._parameters is not None and layouts.shown() and sizes != self._aimed_at:
             self._aimed_at = sizes
             self.pictures.aim()
-            self._fit()
+            if self._new:
+                self._fit()
 
     def _fit(self) -> None:
         """Show the patient and the C-arms whole."""
@@ -358,6 +362,10 @@ class ReviewPart:
             self._flicker.start()
         else:
             self._flicker.stop()
+
+    def _curve_toggled(self, _on: bool) -> None:
+        if layouts.shown():
+            self.show_layout()
 
     def _turn(self, from_detector: bool) -> None:
         self.pictures.from_detector = bool(from_detector)

@@ -91,6 +91,23 @@ class XraysPart:
         """What is known of the selected X-ray."""
         return None if self.source is None else self.reader.report(self.source)
 
+    def missing_until(self, end: int | None = None) -> str:
+        """One sentence about the first X-ray, of those before row `end`, that cannot be used yet; empty without one."""
+        for source in self._sources[:end]:
+            if self.reader.report(source).xray is None:
+                return _("The X-ray '{name}' is not ready: complete its geometry, or remove it.").format(
+                    name=source.name
+                )
+        return ""
+
+    @property
+    def have_cameras(self) -> bool:
+        """Whether every X-ray has a camera already, so that none has to be searched for."""
+        reports = [self.reader.report(source) for source in self._sources]
+        return bool(reports) and all(
+            each.xray is not None and each.xray.extrinsic is not None for each in reports
+        )
+
     def show(self, parameters: PolyPoseParameterNode | None) -> None:
         """Show the parameter node as it is now."""
         self._parameters = parameters
@@ -191,6 +208,8 @@ class XraysPart:
         source, report = self.source, self.report()
         self._ui.removeXrayButton.enabled = source is not None
         self._ui.xrayDetails.enabled = source is not None
+        if report is not None and report.xray is None:
+            self._ui.xrayDetails.collapsed = False
         self._details.show(source, report)
         if report is None:
             self._ui.xrayState.text = _("Add two or more X-rays from different directions.")

@@ -1,4 +1,4 @@
-"""PolyPose's own layout: the X-rays and the similarity in a row, below them the 3D view and three slices."""
+"""PolyPose's own layout: large X-rays in a row, below them the 3D view and three slices; the similarity on demand."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ LAYOUT = 6120
 """Number of the layout with one X-ray; each further X-ray adds one."""
 
 MOST_VIEWS = 6
+WITH_PLOT = 10
+"""Added to the number of a layout that shows the similarity's curve as well."""
+
 PLOT_VIEW = "PolyPosePlot"
 THREE_D_VIEW = "1"
 """Slicer's own first 3D view."""
@@ -26,12 +29,12 @@ _SLICE = """<item><view class="vtkMRMLSliceNode" singletontag="{name}">
 _SLICES = (("Red", "Axial", "#F34A33"), ("Yellow", "Sagittal", "#EDD54C"), ("Green", "Coronal", "#6EB04B"))
 
 
-def description(views: int) -> str:
-    """The layout's XML for a number of X-rays."""
+def description(views: int, plot: bool = False) -> str:
+    """The layout's XML for a number of X-rays, with the similarity's curve or without."""
     xrays = "".join(
         _XRAY.format(name=view_name(each), number=each + 1, group=view_group(each)) for each in range(views)
     )
-    plot = (
+    curve = (
         f'<item><view class="vtkMRMLPlotViewNode" singletontag="{PLOT_VIEW}">'
         '<property name="viewlabel" action="default">P</property></view></item>'
     )
@@ -44,8 +47,9 @@ def description(views: int) -> str:
     )
     return (
         '<layout type="vertical" split="true">'
-        f'<item><layout type="horizontal" split="true">{xrays}{plot}</layout></item>'
-        f'<item><layout type="horizontal" split="true">{three}{slices}</layout></item></layout>'
+        f'<item splitSize="600"><layout type="horizontal" split="true">{xrays}</layout></item>'
+        f'<item splitSize="400"><layout type="horizontal" split="true">{three}{slices}{curve if plot else ""}'
+        "</layout></item></layout>"
     )
 
 
@@ -56,21 +60,27 @@ def register() -> None:
         return
     node = manager.layoutLogic().GetLayoutNode()
     for views in range(1, MOST_VIEWS + 1):
-        if not node.IsLayoutDescription(LAYOUT + views - 1):
-            node.AddLayoutDescription(LAYOUT + views - 1, description(views))
+        for plot in (False, True):
+            if not node.IsLayoutDescription(number_of(views, plot)):
+                node.AddLayoutDescription(number_of(views, plot), description(views, plot))
     if shown():
         node.SetViewArrangement(
             node.GetViewArrangement()
         )  # the scene was loaded before the layouts were known
 
 
-def show(views: int) -> bool:
+def number_of(views: int, plot: bool = False) -> int:
+    """The number of the layout for so many X-rays, of which it shows the first ones."""
+    return LAYOUT + min(max(views, 1), MOST_VIEWS) - 1 + (WITH_PLOT if plot else 0)
+
+
+def show(views: int, plot: bool = False) -> bool:
     """Switch to the layout; False when there is no main window."""
     manager = slicer.app.layoutManager()
     if manager is None:
         return False
     register()
-    manager.setLayout(LAYOUT + min(max(views, 1), MOST_VIEWS) - 1)
+    manager.setLayout(number_of(views, plot))
     return True
 
 
@@ -80,7 +90,7 @@ def shown() -> bool:
     if manager is None:
         return False
     current = manager.layoutLogic().GetLayoutNode().GetViewArrangement()
-    return LAYOUT <= current < LAYOUT + MOST_VIEWS
+    return current in {number_of(views, plot) for views in range(1, MOST_VIEWS + 1) for plot in (False, True)}
 
 
 def show_plot(chart: slicer.vtkMRMLPlotChartNode | None) -> None:

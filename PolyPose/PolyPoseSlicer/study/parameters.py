@@ -230,8 +230,8 @@ def store_outputs(parameters: PolyPoseParameterNode, nodes: OutputNodes) -> None
     parameters.EndModify(was)
 
 
-def missing_input(parameters: PolyPoseParameterNode) -> str:
-    """One sentence that says what is still missing before a registration can start; empty when nothing is."""
+def missing_bones(parameters: PolyPoseParameterNode) -> str:
+    """One sentence that says what is still missing of CT and bones; empty when nothing is."""
     if parameters.ct is None:
         return _("Choose the CT.")
     if parameters.segmentation is None:
@@ -241,6 +241,11 @@ def missing_input(parameters: PolyPoseParameterNode) -> str:
         return _("Assign at least one segment to a structure, or have the structures proposed.")
     if parameters.anchor not in structures:
         return _("Choose the anchor: the structure that stays where it is.")
+    return ""
+
+
+def missing_xrays(parameters: PolyPoseParameterNode) -> str:
+    """One sentence that says what is still missing of the X-rays; empty when nothing is."""
     sources = xray_sources(parameters)
     if not sources:
         return _("Add an X-ray; two or more from different directions are better.")
@@ -251,3 +256,8 @@ def missing_input(parameters: PolyPoseParameterNode) -> str:
             'The rig "{name}" has only one X-ray: enter it for another X-ray as well, or clear it.'
         ).format(name=alone)
     return ""
+
+
+def missing_input(parameters: PolyPoseParameterNode) -> str:
+    """One sentence that says what is still missing before a registration can start; empty when nothing is."""
+    return missing_bones(parameters) or missing_xrays(parameters)
