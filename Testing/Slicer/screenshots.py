@@ -20,6 +20,7 @@ from harness import errors, layout, modules
 
 _SIZE = (340, 320)
 _GAP = 4
+_PANEL_WIDTH, _FOOT_HEIGHT = 450, 130
 
 
 def main(study: str, output: str) -> None:
@@ -225,19 +226,22 @@ def _save(picture: np.ndarray, path: Path) -> None:
 
 
 def _panel(ui, path: Path, sections: tuple[str, ...]) -> None:
-    """Grab some sections of the panel."""
-    form = ui.inputsSection.window()
-    form.resize(560, 2600)
+    """Grab the panel with each of some sections open, side by side."""
+    form, pictures = ui.stepsArea.parentWidget(), []
     form.show()
-    slicer.app.processEvents()
-    pictures = [getattr(ui, name).grab() for name in sections]
-    whole = qt.QPixmap(max(each.width() for each in pictures), sum(each.height() for each in pictures))
+    for name in sections:
+        getattr(ui, name).collapsed = False
+        slicer.app.processEvents()
+        form.resize(_PANEL_WIDTH, ui.steps.minimumSizeHint.height() + _FOOT_HEIGHT)
+        slicer.app.processEvents()
+        pictures.append(form.grab())
+    whole = qt.QPixmap(sum(each.width() for each in pictures), max(each.height() for each in pictures))
     whole.fill(qt.QColor("#efefef"))
     painter = qt.QPainter(whole)
-    top = 0
+    left = 0
     for each in pictures:
-        painter.drawPixmap(0, top, each)
-        top += each.height()
+        painter.drawPixmap(left, 0, each)
+        left += each.width()
     painter.end()
     whole.save(str(path))
 

@@ -193,6 +193,19 @@ class FindTest(CamerasCase):
         self.rig("", 0)
         self.assertEqual(self.ui.rigName.text, "")
 
+    def test_calibration_and_rig_show_where_they_serve(self) -> None:
+        for source, shown in (
+            (CameraSource.AUTO, True),
+            (CameraSource.LANDMARKS, False),
+            (CameraSource.CALIBRATION, True),
+            (CameraSource.SEARCH, False),
+        ):
+            self.choose(source)
+            for widget in (self.ui.calibrationFile, self.ui.rigName, self.ui.rigNameLabel):
+                self.assertEqual(not widget.isHidden(), shown, source)
+        self.ui.calibrationFile.currentPath = str(self.folder / "intrinsics.csv")
+        self.assertFalse(self.ui.calibrationFile.isHidden())  # it serves this source, too
+
     def test_a_rig_without_a_calibration_says_what_it_lacks(self) -> None:
         self.choose(CameraSource.SEARCH)
         type_into(self.ui.rigName, "biplane")

@@ -248,7 +248,8 @@ class ReviewTest(PanelCase):
     def test_motions_relative_copied_and_saved(self) -> None:
         table = self.ui.motionsTable
         self.assertEqual([table.item(row, 1).text() for row in range(2)], ["0.00", "10.00"])
-        self.assertIn("0.4", table.item(1, 7).text())
+        self.assertEqual(table.item(1, 7).text(), "\u00b1 0.4 mm")
+        self.assertIn("95 % across the beam [mm] 0.2", table.item(1, 7).toolTip())
         self.ui.relativeTo.currentIndex = 2
         self.assertEqual([table.item(row, 1).text() for row in range(2)], ["10.00", "0.00"])
         self.ui.copyMotions.click()
@@ -258,6 +259,8 @@ class ReviewTest(PanelCase):
         path = self.folder / "motions.csv"
         self.panel.review.motions.save(str(path))
         self.assertIn('"', path.read_text(encoding="utf-8-sig").splitlines()[1])
+        self.ui.relativeTo.currentIndex = 0
+        self.assertIn("95 % along the beam [mm] 0.4", self.panel.review.motions.text())
 
     def test_cells_that_begin_like_formulas_are_texts(self) -> None:
         motions = self.panel.review.motions

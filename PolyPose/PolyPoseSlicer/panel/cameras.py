@@ -119,6 +119,10 @@ class CameraPart:
             )
         for name in ("cameraModel", "cameraModelLabel"):
             getattr(ui, name).setVisible(camera_source is CameraSource.LEARNED)
+        calibrates = camera_source in (CameraSource.AUTO, CameraSource.CALIBRATION)
+        for name, field in (("calibrationFile", "calibration"), ("rigName", "rig")):
+            for each in (name, f"{name}Label"):
+                getattr(ui, each).setVisible(calibrates or bool(fields.get(field)))
         ui.landmarksBox.setVisible(camera_source is CameraSource.LANDMARKS)
         self._show_found(source)
         self._show_buttons()

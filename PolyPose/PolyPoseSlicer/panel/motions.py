@@ -13,6 +13,8 @@ from ..scene.motions import MotionRow, motion_rows, motions_of
 from ..study.parameters import PolyPoseParameterNode
 
 _ROW_HEIGHT = 24
+_UNCERTAINTY = 7
+"""The column of the table; tool tips and saved tables have the details."""
 
 _NUMBERS = re.compile(r"-|[-+]?[0-9.]+(?:, [-+]?[0-9.]+)*")
 """Cells of numbers alone, which may begin with a sign, or of nothing."""
@@ -58,6 +60,16 @@ def _decimals(number: float) -> str:
 def uncertainty_text(numbers: dict[str, float]) -> str:
     """The uncertainties as people read them; empty when there are none."""
     return "; ".join(f"{name.replace('_', ' ')} {value:.2g}" for name, value in numbers.items())
+
+
+def uncertainty_summary(numbers: dict[str, float]) -> str:
+    """The largest uncertainty of the place and of the rotation, in a few characters; empty when there are none."""
+    parts = []
+    for unit, sign in (("[mm]", " mm"), ("[deg]", "\u00b0")):
+        values = [value for name, value in numbers.items() if unit in name]
+        if values:
+            parts.append(f"\u00b1 {max(values):.2g}{sign}")
+    return ", ".join(parts)
 
 
 class MotionsPart:
@@ -127,8 +139,13 @@ class MotionsPart:
         table.rowCount = len(self._rows)
         table.setColumnHidden(len(header) - 1, not any(row.doubts for row in rows))
         for number, line in enumerate(self._rows):
+            shown = [
+                *line[:_UNCERTAINTY],
+                uncertainty_summary(rows[number].uncertainty),
+                *line[_UNCERTAINTY + 1 :],
+            ]
             for column, text in enumerate(line):
-                item = qt.QTableWidgetItem(text)
+                item = qt.QTableWidgetItem(shown[column])
                 item.setToolTip(text)
                 if column:
                     item.setTextAlignment(qt.Qt.AlignRight | qt.Qt.AlignVCenter)
