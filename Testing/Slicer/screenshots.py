@@ -231,8 +231,9 @@ def _panel(ui, path: Path, sections: tuple[str, ...]) -> None:
     form.show()
     for name in sections:
         getattr(ui, name).collapsed = False
-        slicer.app.processEvents()
-        form.resize(_PANEL_WIDTH, ui.steps.minimumSizeHint.height() + _FOOT_HEIGHT)
+        for _round in range(3):  # until the layouts have settled
+            slicer.app.processEvents()
+            form.resize(_PANEL_WIDTH, ui.steps.sizeHint.height() + _FOOT_HEIGHT)
         slicer.app.processEvents()
         pictures.append(form.grab())
     whole = qt.QPixmap(sum(each.width() for each in pictures), max(each.height() for each in pictures))

@@ -43,13 +43,12 @@ class Steps:
         for each, section in self._sections.items():
             section.collapsed = each != name
         self._opening = False
+        self._widen()
         self._area.verticalScrollBar().setValue(0)
 
     def show(self, done: Mapping[str, bool]) -> None:
         """Mark what is done, by section; when the open step has just been done, the next one opens."""
-        # A scroll area does not ask for its contents' width, and cuts them off instead.
-        bar = self._area.style().pixelMetric(qt.QStyle.PM_ScrollBarExtent)
-        self._area.setMinimumWidth(self._contents.minimumSizeHint.width() + bar)
+        self._widen()
         before, self._done = self._done, dict(done)
         for name, section in self._sections.items():
             title = self._titles[name]
@@ -59,6 +58,11 @@ class Steps:
         just_done = before and done.get(current) and not before.get(current)
         if just_done and following and not done.get(following):
             self.open(following)
+
+    def _widen(self) -> None:
+        """Ask for the contents' width: a scroll area does not, and would cut them off."""
+        bar = self._area.style().pixelMetric(qt.QStyle.PM_ScrollBarExtent)
+        self._area.setMinimumWidth(self._contents.minimumSizeHint.width() + bar)
 
     def _opened(self, name: str) -> Any:
         def changed(collapsed: bool) -> None:
