@@ -73,7 +73,8 @@ class PanelCase(SlicerTestCase):
     """The panel is open; after the test it is unloaded and nothing of it may be left."""
 
     def setUp(self) -> None:
-        views()
+        # A layout that another test has left would bring pictures and a renderer up with the panel.
+        views().setLayout(slicer.vtkMRMLLayoutNode.SlicerLayoutFourUpView)
         super().setUp()
         self.before = child_processes()
         self.module = module()
