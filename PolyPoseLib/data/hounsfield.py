@@ -112,7 +112,7 @@ def odd_hounsfield_values(ct: Volume, name: str) -> tuple[str, ...]:
         )
     if high < _BONE:
         return (f"{name}: no voxel is bone (highest value {high:g} HU); the CT may be clipped.",)
-    if _is_clipped(values, high):
+    if values.is_clipped(high):
         return (
             f"{name} was clipped to a window ({low:g} to {high:g} HU), so dense bone looks like soft bone and motions "
             "are less accurate; give the CT as the scanner stored it.",
@@ -133,11 +133,7 @@ def odd_hounsfield_values(ct: Volume, name: str) -> tuple[str, ...]:
 
 def bone_is_clipped(ct: Volume) -> bool:
     """Whether dense bone of a CT looks like soft bone, because its values were clipped to a window."""
-    return _is_clipped(_Values.of(ct), float(ct.voxels.max()))
-
-
-def _is_clipped(values: _Values, high: float) -> bool:
-    return values.share_clipped(high) > _CLIPPED_SHARE
+    return _Values.of(ct).is_clipped(float(ct.voxels.max()))
 
 
 def _not_hounsfield(low: float, high: float) -> str:
@@ -220,11 +216,9 @@ class _Values:
         body, bone, soft = self.count(_ABOVE_AIR), self.count(_BONE), self.count(*_SOFT)
         return body > 0 and (bone >= 0.15 * body or (soft >= 0.4 * body and bone >= 0.005 * body))
 
-    def share_clipped(self, high: float) -> float:
-        """Share of the highest value among all above 150 HU; 0 where that value is dense bone's."""
-        if high > _DENSE_BONE:
-            return 0.0
-        return self.count(high - 0.5) / max(self.count(150), 1)
+    def is_clipped(self, high: float) -> bool:
+        """Whether many of the values above 150 HU are the highest one, and that is not dense bone's."""
+        return high <= _DENSE_BONE and self.count(high - 0.5) / max(self.count(150), 1) > _CLIPPED_SHARE
 
     def tissue_mode(self) -> float | None:
         """Where the commonest tissue lies in HU, when that is far from 0; None for bones alone, lungs and sound CTs."""

@@ -197,3 +197,8 @@ def installed_versions() -> dict[str, str]:
         except metadata.PackageNotFoundError:
             continue
     return versions
+
+
+def total_seconds(seconds: Mapping[str, float]) -> float:
+    """Computing time of all stages, from the times by stage; "total" among them is all of it."""
+    return seconds.get("total") or sum(seconds.values())

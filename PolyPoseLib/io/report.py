@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from PolyPoseLib.data.result import total_seconds
 from PolyPoseLib.errors import InputError
 
 if TYPE_CHECKING:
@@ -177,7 +178,7 @@ def _draw_header(figure: Figure, result: Result, height: float) -> None:
         else (f"NOT TO BE TRUSTED ({len(result.distrust)} reason(s), see below)", _BAD)
     )
     figure.text(0.13, 1 - 0.17 / height, verdict, fontsize=11, weight="bold", color=colour, va="top")
-    total = result.seconds.get("total") or sum(result.seconds.values())
+    total = total_seconds(result.seconds)
     origin = (
         f"{len(result.cameras)} views, {len(result.structures)} structures, {total:.0f} s on {result.device}"
     )

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import find_objects
 
 from PolyPoseLib.data.structures import Structures
-from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
+from PolyPoseLib.data.volume import AIR_HU, Volume, hounsfield_to_attenuation
 from PolyPoseLib.geometry.grid import Grid, block_centres, block_factors, block_mean, coarsened_affine
 from PolyPoseLib.registration.articulations import find_articulations
 from PolyPoseLib.rendering.rigid import Body
@@ -19,7 +19,6 @@ SOFT_TISSUE_HU = 40.0
 AIR_BELOW_HU, BONE_ABOVE_HU = -300.0, 150.0
 """Soft tissue is what lies between."""
 
-AIR_HU = -1000.0
 CLIPPED_AIR_HU = (-500.0, -120.0)
 """Lowest value of a CT that was clipped to a window of soft tissue: above the lungs', and below fat's."""
 

@@ -130,19 +130,20 @@ class Panel:
             self.cameras.show(parameters)
             self.landmarks.show(parameters)
             self.carm.show(parameters)
-            self.register.show(parameters, self.xrays.missing_until())
+            unready = self.xrays.missing_until()
+            self.register.show(parameters, unready)
             self.review.show(parameters)
-            self._show_steps(parameters)
+            self._show_steps(parameters, unready)
         finally:
             self._refreshing = False
 
-    def _show_steps(self, parameters: PolyPoseParameterNode | None) -> None:
+    def _show_steps(self, parameters: PolyPoseParameterNode | None, unready: str) -> None:
+        """Mark the steps that are done; unready: what an X-ray still lacks, or empty."""
         if parameters is not None:
-            xrays_done = not (missing_xrays(parameters) or self.xrays.missing_until())
             self.steps.show(
                 {
                     "inputsSection": not missing_bones(parameters),
-                    "xraysSection": xrays_done,
+                    "xraysSection": not (missing_xrays(parameters) or unready),
                     "cameraSection": self.xrays.have_cameras,
                     "reviewSection": parameters.outputTransform is not None,
                 }

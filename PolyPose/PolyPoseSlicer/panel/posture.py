@@ -13,8 +13,7 @@ def show_posture(parameters: PolyPoseParameterNode, after: bool) -> None:
     after = after and parameters.outputVolume is not None
     volume = parameters.outputVolume if after else parameters.ct
     if volume is not None:
-        for composite in layouts.anatomy_views():
-            composite.SetBackgroundVolumeID(volume.GetID())
+        layouts.set_background(volume)
     shown = parameters.outputSegmentation if after else parameters.segmentation
     hidden = parameters.segmentation if after else parameters.outputSegmentation
     if shown is None:

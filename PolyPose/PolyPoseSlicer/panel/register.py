@@ -12,6 +12,7 @@ import qt
 import slicer
 from slicer.i18n import tr as _
 
+from PolyPoseLib.data.result import total_seconds
 from PolyPoseLib.errors import CancelledError, PolyPoseError, UntrustedResultError
 
 from ..process.dependencies import ensure_dependencies
@@ -186,7 +187,7 @@ class RegisterPart:
             fill_similarity_table(table, run.similarities)
 
     def _end_text(self, run: Registration) -> str:
-        seconds = run.nodes.total_seconds
+        seconds = total_seconds(run.nodes.seconds)
         text = _("Done in {seconds:.0f} s on {device}.").format(
             seconds=seconds, device=run.nodes.device or _("this computer")
         )
@@ -225,16 +226,16 @@ class RegisterPart:
             button.enabled = not cancelling
             button.setToolTip(_("Stop the registration; nothing is changed."))
             return
-        parameters = self._parameters
-        missing = (self._logic.missingInput(parameters) or self._missing) if parameters is not None else ""
+        parameters, missing, state = self._parameters, "", ""
+        if parameters is not None:
+            missing = self._logic.missingInput(parameters) or self._missing
+            state = missing or _("Ready: {bones} structures, {xrays} X-rays.").format(
+                bones=len(structures_of(parameters)), xrays=len(xray_sources(parameters))
+            )
         button.enabled = parameters is not None and not missing
         button.text = _("Register")
         button.setToolTip(missing or _("Align the CT to the X-rays."))
-        ready = _("Ready: {bones} structures, {xrays} X-rays.").format(
-            bones=len(structures_of(parameters)) if parameters is not None else 0,
-            xrays=len(xray_sources(parameters)) if parameters is not None else 0,
-        )
-        self._ui.stageLabel.text = missing or (ready if parameters is not None else "")
+        self._ui.stageLabel.text = state
 
     def _options_edited(self, *_ignored: Any) -> None:
         """Store the advanced options; defaults are left out."""

@@ -11,6 +11,7 @@ import qt
 import slicer
 from slicer.i18n import tr as _
 
+from PolyPoseLib.data.result import total_seconds
 from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.errors import PolyPoseError
 from PolyPoseLib.geometry.camera import review_camera
@@ -257,7 +258,7 @@ class ReviewPart:
             (_("Anchor"), parameters.anchor or "-"),
             (_("Preset"), parameters.preset.label()),
             (_("Computed on"), outputs.device or "-"),
-            (_("Computing time [s]"), f"{outputs.total_seconds:.0f}"),
+            (_("Computing time [s]"), f"{total_seconds(outputs.seconds):.0f}"),
         ]
         for node in outputs.cameras:
             similarity = similarity_of(node)

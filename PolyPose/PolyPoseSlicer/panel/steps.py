@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import qt
@@ -30,7 +31,7 @@ class Steps:
         self._opening = False
         self._area, self._contents = ui.stepsArea, ui.steps
         for name, section in self._sections.items():
-            section.connect("contentsCollapsed(bool)", self._opened(name))
+            section.connect("contentsCollapsed(bool)", partial(self._toggled, name))
 
     @property
     def current(self) -> str:
@@ -64,9 +65,6 @@ class Steps:
         bar = self._area.style().pixelMetric(qt.QStyle.PM_ScrollBarExtent)
         self._area.setMinimumWidth(self._contents.minimumSizeHint.width() + bar)
 
-    def _opened(self, name: str) -> Any:
-        def changed(collapsed: bool) -> None:
-            if not collapsed and not self._opening:
-                self.open(name)
-
-        return changed
+    def _toggled(self, name: str, collapsed: bool) -> None:
+        if not collapsed and not self._opening:
+            self.open(name)

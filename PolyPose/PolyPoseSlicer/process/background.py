@@ -16,8 +16,7 @@ class Background:
 
     def __init__(self) -> None:
         """Nothing is computed yet."""
-        self._number = 0
-        self._outcome: list[tuple[int, Any, Exception | None]] = []
+        self._outcome: list[tuple[Any, Exception | None]] = []
         self._done: Callable[[Any], None] | None = None
         self._failed: Callable[[Exception], None] | None = None
         self._timer = qt.QTimer()
@@ -38,31 +37,29 @@ class Background:
         """
         self.drop()
         self._done, self._failed = done, failed
-        threading.Thread(target=self._compute, args=(self._number, work), daemon=True).start()
+        threading.Thread(target=_compute, args=(work, self._outcome), daemon=True).start()
         self._timer.start()
 
     def drop(self) -> None:
         """Forget a computation that is under way; it ends by itself."""
         self._timer.stop()
-        self._number += 1
         self._done = self._failed = None
-        self._outcome.clear()
-
-    def _compute(self, number: int, work: Callable[[], Any]) -> None:
-        try:
-            outcome = (number, work(), None)
-        except Exception as error:
-            outcome = (number, None, error)
-        self._outcome.append(outcome)
+        self._outcome = []  # what was under way keeps the old one
 
     def _poll(self) -> None:
-        for number, value, error in list(self._outcome):
-            if number != self._number:
-                continue
-            done, failed = self._done, self._failed
-            self.drop()
-            if error is not None and failed is not None:
-                failed(error)
-            elif done is not None:
-                done(value)
+        if not self._outcome:
             return
+        value, error = self._outcome[0]
+        done, failed = self._done, self._failed
+        self.drop()
+        if error is not None and failed is not None:
+            failed(error)
+        elif error is None and done is not None:
+            done(value)
+
+
+def _compute(work: Callable[[], Any], outcome: list[tuple[Any, Exception | None]]) -> None:
+    try:
+        outcome.append((work(), None))
+    except Exception as error:
+        outcome.append((None, error))

@@ -17,17 +17,15 @@ def show_volume(
     volume: slicer.vtkMRMLScalarVolumeNode, *others: slicer.vtkMRMLDisplayableNode | None
 ) -> None:
     """Show a volume in all slices, and it and other nodes in 3D, whole."""
-    for composite in layouts.anatomy_views():
-        composite.SetBackgroundVolumeID(volume.GetID())
+    layouts.set_background(volume)
     fit_slices()
     fit_3d(volume, *others)
 
 
 def fit_slices() -> None:
     """Show the whole background volume, its middle slices, in every slice view of the anatomy."""
-    for composite in layouts.anatomy_views():
-        logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(composite.GetLayoutName())
-        if logic is not None and composite.GetBackgroundVolumeID():
+    for logic in _slice_logics():
+        if logic.GetSliceCompositeNode().GetBackgroundVolumeID():
             logic.FitSliceToBackground()
 
 
@@ -51,12 +49,15 @@ def fit_3d(*nodes: slicer.vtkMRMLDisplayableNode | None) -> None:
 
 def view_sizes() -> list[tuple[int, int]]:
     """Pixels across and down of the slice views of the anatomy."""
-    sizes = []
-    for composite in layouts.anatomy_views():
-        logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(composite.GetLayoutName())
-        if logic is not None:
-            sizes.append(tuple(logic.GetSliceNode().GetDimensions()[:2]))
-    return sizes
+    return [tuple(logic.GetSliceNode().GetDimensions()[:2]) for logic in _slice_logics()]
+
+
+def _slice_logics() -> list[slicer.vtkMRMLSliceLogic]:
+    """Of the slice views of the anatomy that there are."""
+    application = slicer.app.applicationLogic()
+    names = [composite.GetLayoutName() for composite in layouts.anatomy_views()]
+    logics = [application.GetSliceLogicByLayoutName(name) for name in names]
+    return [logic for logic in logics if logic is not None]
 
 
 def _box(nodes: Iterable[slicer.vtkMRMLDisplayableNode]) -> np.ndarray | None:

@@ -13,6 +13,9 @@ MOST_VIEWS = 6
 WITH_PLOT = 10
 """Added to the number of a layout that shows the similarity's curve as well."""
 
+_ALL = [(views, plot) for views in range(1, MOST_VIEWS + 1) for plot in (False, True)]
+"""Numbers of X-rays, with the curve and without, for which there is a layout."""
+
 PLOT_VIEW = "PolyPosePlot"
 THREE_D_VIEW = "1"
 """Slicer's own first 3D view."""
@@ -59,14 +62,11 @@ def register() -> None:
     if manager is None:
         return
     node = manager.layoutLogic().GetLayoutNode()
-    for views in range(1, MOST_VIEWS + 1):
-        for plot in (False, True):
-            if not node.IsLayoutDescription(number_of(views, plot)):
-                node.AddLayoutDescription(number_of(views, plot), description(views, plot))
-    if shown():
-        node.SetViewArrangement(
-            node.GetViewArrangement()
-        )  # the scene was loaded before the layouts were known
+    for views, plot in _ALL:
+        if not node.IsLayoutDescription(number_of(views, plot)):
+            node.AddLayoutDescription(number_of(views, plot), description(views, plot))
+    if shown():  # a scene that was loaded before the layouts were known
+        node.SetViewArrangement(node.GetViewArrangement())
 
 
 def number_of(views: int, plot: bool = False) -> int:
@@ -90,7 +90,7 @@ def shown() -> bool:
     if manager is None:
         return False
     current = manager.layoutLogic().GetLayoutNode().GetViewArrangement()
-    return current in {number_of(views, plot) for views in range(1, MOST_VIEWS + 1) for plot in (False, True)}
+    return current in {number_of(*each) for each in _ALL}
 
 
 def show_plot(chart: slicer.vtkMRMLPlotChartNode | None) -> None:
@@ -102,14 +102,22 @@ def show_plot(chart: slicer.vtkMRMLPlotChartNode | None) -> None:
 
 def anatomy_views() -> list[slicer.vtkMRMLSliceCompositeNode]:
     """The composite nodes of the slice views that show anatomy."""
-    ours = {view_name(each) for each in range(MOST_VIEWS)}
-    composites = slicer.util.getNodesByClass("vtkMRMLSliceCompositeNode")
-    return [each for each in composites if each.GetLayoutName() not in ours]
+    return _without_xrays(slicer.util.getNodesByClass("vtkMRMLSliceCompositeNode"))
+
+
+def set_background(volume: slicer.vtkMRMLVolumeNode) -> None:
+    """Show a volume in all slice views of the anatomy."""
+    for composite in anatomy_views():
+        composite.SetBackgroundVolumeID(volume.GetID())
 
 
 def patient_views() -> list[str]:
     """IDs of the slice and 3D views that show the patient, and not an X-ray."""
-    ours = {view_name(each) for each in range(MOST_VIEWS)}
-    slices = slicer.util.getNodesByClass("vtkMRMLSliceNode")
-    nodes = [node for node in slices if node.GetLayoutName() not in ours]
-    return [node.GetID() for node in [*nodes, *slicer.util.getNodesByClass("vtkMRMLViewNode")]]
+    slices = _without_xrays(slicer.util.getNodesByClass("vtkMRMLSliceNode"))
+    return [node.GetID() for node in [*slices, *slicer.util.getNodesByClass("vtkMRMLViewNode")]]
+
+
+def _without_xrays(nodes: list) -> list:
+    """Those nodes of slice views that do not belong to an X-ray's."""
+    xrays = {view_name(each) for each in range(MOST_VIEWS)}
+    return [node for node in nodes if node.GetLayoutName() not in xrays]

@@ -75,11 +75,6 @@ class OutputNodes:
         """Whether no check failed."""
         return not self.distrust
 
-    @property
-    def total_seconds(self) -> float:
-        """Computing time of all stages."""
-        return self.seconds.get("total") or sum(self.seconds.values())
-
     def remove_made(self) -> None:
         """Remove the nodes that were made for a result that failed."""
         for node in self.made:

@@ -56,15 +56,20 @@ def clipped_pixels(run: Run, observation: Observation) -> np.ndarray:
     """
     image, mask = observation.image, observation.mask
     clipped = np.zeros(image.shape, bool)
-    low, high = (float(each) for each in np.percentile(image[mask], (0, 100)))
+    low, high = float(image[mask].min()), float(image[mask].max())
     tolerance = TOLERANCE * (high - low)
+    inside: np.ndarray | None = None
     for extreme, share in ((high, LEAST_DENSE), (low, LEAST_LIGHT)):
         least = share * mask.sum()
         plateau = mask & (np.abs(image - extreme) <= tolerance)
         if plateau.sum() < least:
             continue
         uniform = _opened(plateau)
-        if uniform.sum() >= least and (uniform & _inside_patient(run, observation)).sum() >= least:
+        if uniform.sum() < least:
+            continue
+        if inside is None:  # rendered once, and only where there is a plateau
+            inside = _inside_patient(run, observation)
+        if (uniform & inside).sum() >= least:
             clipped |= plateau
     if clipped.sum() > LARGEST_SHARE * mask.sum():
         clipped[:] = False
