@@ -183,7 +183,13 @@ def _method(study: Study, options: Options, preset: Preset, run: Run) -> _Method
         return find_camera_near(run, observation, preset.camera_levels, source_to_detector_mm, search)
 
     def fit(cameras: StudyCameras) -> JointResult:
-        return fit_structures(run, cameras.refined, run.scene.rest_poses, cameras.free, preset.joint)
+        names, poses = run.scene.names, run.scene.rest_poses
+        placed = [k for k in run.scene.moving if names[k] in study.initial_poses]
+        for k in placed:
+            poses[k] = study.initial_poses[names[k]]
+        # The coarsest level serves bones that may be far from their place.
+        stages = preset.joint[1:] if set(placed) == set(run.scene.moving) and placed else preset.joint
+        return fit_structures(run, cameras.refined, poses, cameras.free, stages, placed)
 
     return _Method(refine, fit)
 

@@ -15,7 +15,7 @@ from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.geometry.rigid import rigid_inverse
+from PolyPoseLib.geometry.rigid import require_rigid, rigid_inverse
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.xray import RigPose, Xray
@@ -46,6 +46,9 @@ class Study:
     source_segmentation : Volume or None
         The whole label map on the CT's grid, which is warped with the CT; None when the segmentation has overlapping
         layers, which one label map cannot hold.
+    initial_poses : dict of str to (4, 4) array
+        Where structures are started, fixed to moving, LPS mm, as :class:`PolyPoseLib.data.result.StructureResult` has
+        them; they are fitted from there without restarts. The others start where the CT has them.
 
     Raises
     ------
@@ -61,6 +64,7 @@ class Study:
     options: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     source_segmentation: Volume | None = None
+    initial_poses: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check that the parts fit together; raises InputError."""
@@ -90,10 +94,28 @@ class Study:
                 "The source segmentation is on another grid than the CT: resample it onto the CT's."
             )
         options = self.options
-        Options.from_dict(options)
+        preset = Options.from_dict(options).preset
         object.__setattr__(
             self, "options", options.to_dict() if isinstance(options, Options) else dict(options)
         )
+        object.__setattr__(self, "initial_poses", self._checked_poses(preset))
+
+    def _checked_poses(self, preset: str) -> dict[str, np.ndarray]:
+        """The initial poses as rigid motions of known structures; raises InputError."""
+        if self.initial_poses and preset == "paper":
+            raise InputError(
+                '"initial_poses" do not go with the preset "paper", which starts where the CT has the bones: leave '
+                "them out, or choose another preset."
+            )
+        poses = {}
+        for name, pose in self.initial_poses.items():
+            self.structures.index(name)
+            if name == self.anchor:
+                raise InputError(
+                    f'"initial_poses" moves the anchor "{name}", which does not move: leave it out.'
+                )
+            poses[name] = require_rigid(pose, f'"initial_poses"."{name}"')
+        return poses
 
     @classmethod
     def load(cls, path: str | Path, allow_outside: bool = False) -> Study:

@@ -95,15 +95,21 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
     )
     for warning in warnings:
         _LOG.warning(warning)
-    return Study(
-        ct=ct,
-        structures=structures,
-        anchor=fields["anchor"],
-        xrays=xrays,
-        options=options,
-        warnings=warnings,
-        source_segmentation=_whole_label_map(segmentation, ct),
-    )
+    poses = fields.get("initial_poses") or {}
+    try:
+        return Study(
+            ct=ct,
+            structures=structures,
+            anchor=fields["anchor"],
+            xrays=xrays,
+            options=options,
+            warnings=warnings,
+            source_segmentation=_whole_label_map(segmentation, ct),
+            # A structure that was left out has its warning.
+            initial_poses={name: pose for name, pose in poses.items() if name in structures.names},
+        )
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
 
 
 def _with_paths(options: Mapping[str, Any], folder: Path, allow_outside: bool) -> dict[str, Any]:

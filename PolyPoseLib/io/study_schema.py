@@ -7,12 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from PolyPoseLib.data.label_names import TABLES
 from PolyPoseLib.data.options import Options
 from PolyPoseLib.data.structures import MAX_STRUCTURES
 from PolyPoseLib.errors import InputError, cut, unknown_name
+from PolyPoseLib.geometry.rigid import require_rigid
 from PolyPoseLib.io.files import read_text
-from PolyPoseLib.io.json_records import Record, anything, kind_of, nonempty, parse_object, quoted
+from PolyPoseLib.io.json_records import Parser, Record, anything, kind_of, nonempty, parse_object, quoted
 from PolyPoseLib.io.xray.fields import FIELDS, XrayFields
 
 VERSION = 1
@@ -31,7 +34,7 @@ LONGEST_NAME = 200
 
 REQUIRED = ("ct", "segmentation", "structures", "anchor", "xrays")
 
-OPTIONAL = ("version", "options", "ct_series", "label_table", "comment")
+OPTIONAL = ("version", "options", "ct_series", "label_table", "initial_poses", "comment")
 
 MORE_XRAY_FIELDS = ("comment",)
 """Fields of an X-ray besides those by which it is read (io.xray.fields.FIELDS)."""
@@ -65,6 +68,7 @@ def check(fields: Mapping[str, Any], name: str) -> None:
         check_grouping(record)
         _check_xrays(fields["xrays"])
         _check_optional(fields)
+        record.optional("initial_poses", _initial_poses(fields["structures"]))
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
 
@@ -117,6 +121,20 @@ def _check_structures(structures: Any, place: str) -> None:
                     f"{where} holds {json.dumps(label)[:60]}: a label is a whole number above 0 or the name of a "
                     "segment."
                 )
+
+
+def _initial_poses(structures: Mapping[str, Any]) -> Parser[dict[str, np.ndarray]]:
+    """A parser of {structure: pose (4, 4)} of known structures."""
+
+    def parse(poses: Any, place: str) -> dict[str, np.ndarray]:
+        if not isinstance(poses, Mapping):
+            raise InputError(f'{place} must be an object {{"name": 4x4 matrix}}, not {kind_of(poses)}.')
+        for name in poses:
+            if name not in structures:
+                raise InputError(f"{place}: " + unknown_name("structure", str(name), structures))
+        return {name: require_rigid(pose, f"{place}.{quoted(name)}") for name, pose in poses.items()}
+
+    return parse
 
 
 def _check_xrays(xrays: Any) -> None:

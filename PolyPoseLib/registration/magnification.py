@@ -42,12 +42,13 @@ def magnification_of(study: Study) -> float:
 
 def magnified(study: Study, factor: float) -> Study:
     """The study with all lengths, and all line integrals, larger by a factor; it is valid as the study is."""
-    changes = {
+    changes: dict[str, Any] = {
         "ct": _volume(study.ct, factor),
         "xrays": tuple(_xray(xray, factor) for xray in study.xrays),
         "source_segmentation": None
         if study.source_segmentation is None
         else _volume(study.source_segmentation, factor),
+        "initial_poses": {name: _moved(pose, factor) for name, pose in study.initial_poses.items()},
     }
     larger = copy(study)
     for name, value in changes.items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,6 +52,7 @@ def fit_structures(
     poses: np.ndarray,
     free_cameras: CameraGroups,
     stages: Sequence[JointStage],
+    placed: Collection[int] = (),
 ) -> JointResult:
     """Fit all structures together, coarse to fine.
 
@@ -67,6 +68,8 @@ def fit_structures(
         The X-rays whose cameras may still move, those of a rig as one.
     stages : sequence of JointStage
         At least one.
+    placed : collection of int
+        Structures that somebody has put where they start: they are not restarted.
 
     Returns
     -------
@@ -75,13 +78,14 @@ def fit_structures(
 
     """
     total = sum(stage.level.iterations for stage in stages)
+    unplaced = [k for k in run.scene.moving if k not in placed]
     done = 0
     fitted: JointResult | None = None
     for stage in stages:
-        if stage.restart is not None:
-            poses = restart_bones(run, observations, poses, stage.restart)
-        if stage.restart_inconsistent:
-            poses = restart_inconsistent(run, observations, poses, stage.restart_inconsistent)
+        if stage.restart is not None and unplaced:
+            poses = restart_bones(run, observations, poses, stage.restart, unplaced)
+        if stage.restart_inconsistent and unplaced:
+            poses = restart_inconsistent(run, observations, poses, stage.restart_inconsistent, unplaced)
         fit = _LevelFit(run.named("bones"), observations, stage.level, free_cameras)
         fitted = fit.fit(poses, done, total)
         poses = fitted.poses

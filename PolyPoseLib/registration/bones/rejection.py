@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -17,7 +17,11 @@ SUSPECT = 0.08
 
 
 def restart_inconsistent(
-    run: Run, observations: Sequence[Observation], poses: np.ndarray, levels: Sequence[Level]
+    run: Run,
+    observations: Sequence[Observation],
+    poses: np.ndarray,
+    levels: Sequence[Level],
+    among: Collection[int] | None = None,
 ) -> np.ndarray:
     """Restart suspect bones, far from where they are.
 
@@ -31,6 +35,8 @@ def restart_inconsistent(
         Fixed to moving.
     levels : sequence of Level
         Coarse to fine; only at the first are bones started far away.
+    among : collection of int, optional
+        Bones that may be restarted; None for all that move.
 
     Returns
     -------
@@ -39,7 +45,8 @@ def restart_inconsistent(
 
     """
     residuals = structure_residuals(run, observations, poses)
-    which = [k for k in run.scene.moving if (residuals[k] > SUSPECT).any()]
+    candidates = run.scene.moving if among is None else among
+    which = [k for k in candidates if (residuals[k] > SUSPECT).any()]
     for n, level in enumerate(levels if which else ()):
         poses = restart_bones(run, observations, poses, level, which, far=n == 0)
     return poses

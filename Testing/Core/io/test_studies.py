@@ -94,6 +94,16 @@ def test_absent_labels_are_told_in_the_warnings(data):
     assert sum("segmentation" in warning for warning in study.warnings) == 2
 
 
+def test_initial_poses_are_read_and_those_of_absent_structures_left_out(data):
+    structures = {"pelvis": [1, 2], "femur_left": [3], "rib": [7]}
+    study = Study.load(
+        write(data, changed(structures=structures, initial_poses={"femur_left": RIGID, "rib": RIGID}))
+    )
+    assert list(study.initial_poses) == ["femur_left"]
+    assert np.allclose(study.initial_poses["femur_left"], RIGID)
+    assert not Study.load(write(data, changed(initial_poses=None))).initial_poses
+
+
 def test_one_structure_and_one_view_are_allowed(data):
     study = Study.load(write(data, changed(structures={"pelvis": [1]}, xrays=[XRAY])))
     assert len(study.structures) == 1
@@ -154,6 +164,12 @@ def test_one_structure_and_one_view_are_allowed(data):
         (changed(options=[]), '"options" must be an object'),
         (changed(label_table="v9"), "label table"),
         (changed(ct_series=1.5), "ct_series"),
+        (changed(initial_poses=[RIGID]), '"initial_poses" must be an object'),
+        (changed(initial_poses={"femur_lft": RIGID}), 'did you mean "femur_left"'),
+        (changed(initial_poses={"femur_left": RIGID[:3]}), "4x4"),
+        (changed(initial_poses={"femur_left": np.diag([-1, 1, 1, 1]).tolist()}), "reflection"),
+        (changed(initial_poses={"pelvis": RIGID}), "does not move"),
+        (changed(initial_poses={"femur_left": RIGID}, options={"preset": "paper"}), "another preset"),
     ],
 )
 def test_wrong_studies_give_one_sentence(data, fields, words):
