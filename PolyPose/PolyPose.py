@@ -307,6 +307,39 @@ class PolyPoseLogic(ScriptedLoadableModuleLogic):
 
         return start_parameters(parameterNode or self.getParameterNode(), preview, outputFolder)
 
+    def startRefinement(
+        self,
+        adjustments: Mapping[str, Any],
+        parameterNode: PolyPoseParameterNode | None = None,
+        outputFolder: str | Path | None = None,
+    ) -> Registration:
+        """Fit the bones of a parameter node's result again, from where they are or were moved by hand.
+
+        Parameters
+        ----------
+        adjustments : dict of str to (4, 4) array
+            How bones were moved in the X-rays' posture, LPS mm; the others start where the result has them. None is
+            looked for elsewhere.
+        parameterNode : PolyPoseParameterNode, optional
+            The scene's own when it is None.
+        outputFolder : path, optional
+            Where to keep the result folder.
+
+        Returns
+        -------
+        PolyPoseSlicer.process.registration.Registration
+            As `startParameters` gives it.
+
+        Raises
+        ------
+        InputError
+            Something is missing or wrong, or there is no result.
+
+        """
+        from PolyPoseSlicer.calls import start_refinement
+
+        return start_refinement(parameterNode or self.getParameterNode(), adjustments, outputFolder)
+
     def startCameras(
         self, numbers: Sequence[int], parameterNode: PolyPoseParameterNode | None = None
     ) -> CameraRun:

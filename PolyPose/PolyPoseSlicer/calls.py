@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from slicer.i18n import tr as _
 
 from PolyPoseLib.data.view_names import view_name
@@ -15,6 +16,7 @@ from PolyPoseLib.errors import InputError
 from .process import environment
 from .process.camera_run import CameraRun
 from .process.registration import Registration
+from .scene.motions import motions_of
 from .study.camera_source import CameraSource
 from .study.loading import load_folder
 from .study.parameters import (
@@ -25,6 +27,7 @@ from .study.parameters import (
     structures_of,
     xray_sources,
 )
+from .study.refinement import adjusted_poses, with_found_cameras
 from .study.results import InputStyle, OutputNodes, fill_nodes
 from .study.writer import read_study
 from .study.xray_source import XraySource
@@ -38,6 +41,7 @@ class Request:
     """What to register, and where its result goes; the fields are described at PolyPoseLogic.register.
 
     nodes: the output nodes; those that are None are made. preview: whether nodes.transform is refreshed meanwhile.
+    initial_poses: where bones are started, (4, 4) from the X-rays' posture to the CT, LPS mm.
     """
 
     ct: Any
@@ -49,6 +53,7 @@ class Request:
     options: Mapping[str, Any] | None = None
     output_folder: str | Path | None = None
     preview: bool = False
+    initial_poses: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -102,6 +107,8 @@ def start(request: Request, command: list[str] | None = None) -> Registration:
         request.anchor,
         request.options,
     )
+    study.initial_poses = dict(request.initial_poses)
+    nodes.sources = tuple(XraySource.of(each).identity for each in request.xrays)
     return Registration(study, nodes, style, NAME, request.output_folder, request.preview, command)
 
 
@@ -113,6 +120,30 @@ def start_parameters(
     if missing:
         raise InputError(missing)
     return start(Request.of(parameters, preview, output_folder))
+
+
+def start_refinement(
+    parameters: PolyPoseParameterNode,
+    adjustments: Mapping[str, np.ndarray],
+    output_folder: str | Path | None = None,
+    command: list[str] | None = None,
+) -> Registration:
+    """Start from a parameter node's result, its bones moved by hand, and fit them from there.
+
+    adjustments: how bones were moved in the X-rays' posture, (4, 4) LPS mm; the others start where the result has them.
+    Raises InputError at once.
+    """
+    missing = missing_input(parameters)
+    if missing:
+        raise InputError(missing)
+    request = Request.of(parameters, output_folder=output_folder)
+    known = request.by_structure()
+    poses = adjusted_poses(motions_of(parameters.outputMotions), adjustments, parameters.anchor)
+    poses = {name: pose for name, pose in poses.items() if name in known}
+    if not poses:
+        raise InputError(_("There is no result whose bones could be refined: register first."))
+    xrays = with_found_cameras(request.xrays, request.nodes)
+    return start(replace(request, xrays=xrays, initial_poses=poses), command)
 
 
 def start_cameras(

@@ -147,7 +147,8 @@ class PanelCase(SlicerTestCase):
 
     def give_result(self, before: str = "", **changes: Any) -> None:
         """Let registrations of this test end with a ready result."""
-        folder = scenes.save_result(self.folder / "given", **changes)
+        given = len(list(self.folder.glob("given*")))
+        folder = scenes.save_result(self.folder / f"given{given}", **changes)
         self.child(before + GIVE_RESULT.format(folder=folder))
 
 

@@ -339,7 +339,7 @@ class FormTest(PanelCase):
         self.assertIn("cannot be read as JSON", self.ui.xrayState.text)
         self.ui.loadResultButton.click()
         self.assertIn("no such folder", self.ui.reviewState.text)
-        for ask in (self.panel.review._ask_report, self.panel.review.motions._ask_file):
+        for ask in (self.panel.saving._ask_report, self.panel.review.motions._ask_file):
             ask()
             self.assertIn("cannot be written", self.ui.reviewState.text)
 

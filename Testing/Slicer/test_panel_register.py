@@ -59,7 +59,7 @@ class RegisterTest(PanelCase):
         self.end()
         self.assertEqual(self.button, "Register")
         self.assertIn("Done in 2 s", self.ui.messageLabel.text)
-        facts = dict(self.panel.review.report_page(node).facts)
+        facts = dict(self.panel.saving.report_page(node).facts)
         self.assertEqual(facts["Computing time [s]"], "2")
         self.assertIsNotNone(node.outputTransform)
         self.assertEqual(self.ui.motionsTable.rowCount, 2)

@@ -280,16 +280,16 @@ class ReviewTest(PanelCase):
             source.image.SetName("Secretname X-ray")
         self.panel.review.refresh_pictures(force=True)
         path = self.folder / "report.html"
-        self.panel.review.save_report(str(path))
+        self.panel.saving.save_report(str(path))
         self.assertNotIn("Secretname", path.read_text(encoding="utf-8"))
 
     def test_the_report_holds_pictures_motions_and_warnings(self) -> None:
         path = self.folder / "report.html"
-        self.panel.review.save_report(str(path))
+        self.panel.saving.save_report(str(path))
         text = path.read_text(encoding="utf-8")
         for expected in ("something was odd", "femur", "data:image/png;base64", "Research software"):
             self.assertIn(expected, text)
-        self.panel.review.save_report(str(self.folder / "no" / "where.html"))
+        self.panel.saving.save_report(str(self.folder / "no" / "where.html"))
         self.assertIn("cannot be written", self.ui.reviewState.text)
 
     def test_a_folder_that_is_no_result_is_said(self) -> None:

@@ -54,6 +54,12 @@ class MapsPart:
                 ui.weightStructure.addItem(name)
             self._setting = False
 
+    def hide(self) -> None:
+        """Show no map."""
+        for name in ("showGrid", "showGlyphs", "showJacobian"):
+            getattr(self._ui, name).checked = False
+        self._ui.weightStructure.currentIndex = 0
+
     def _grid_toggled(self, on: bool) -> None:
         if on:
             set_checked(self._ui.showGlyphs, False)

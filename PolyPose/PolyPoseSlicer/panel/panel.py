@@ -10,12 +10,15 @@ import vtk
 from ..process.renderer import Renderer
 from ..scene import layouts
 from ..study.parameters import PolyPoseParameterNode, missing_bones, missing_xrays, xray_sources
+from ..study.snapshot import Snapshot
+from .adjustment import AdjustmentPart
 from .cameras import CameraPart
 from .carm import CarmPart
 from .landmarks import LandmarksPart
 from .node_choice import NodeChoice
 from .register import RegisterPart
 from .review import ReviewPart
+from .saving import SavingPart
 from .shortcuts import Shortcuts
 from .steps import Steps
 from .structures import StructuresPart
@@ -60,7 +63,9 @@ class Panel:
         self._shortcuts = Shortcuts(
             form, {"Ctrl+Shift+B": self.review.swap_posture, "Ctrl+Shift+F": self.review.swap_flicker}
         )
-        self.register = RegisterPart(ui, logic, requirements, self._result_came)
+        self.saving = SavingPart(ui, self.review)
+        self.register = RegisterPart(ui, logic, requirements, self._result_came, self._changed)
+        self.adjustment = AdjustmentPart(ui, self.review, self.register)
         scene = slicer.mrmlScene
         host.addObserver(scene, scene.StartCloseEvent, self._scene_closes)
         host.addObserver(scene, scene.EndCloseEvent, self._scene_closed)
@@ -79,6 +84,7 @@ class Panel:
         """Another module is opened: a registration and a search go on, everything else stops."""
         self._shortcuts.stop()
         self.carm.stop()
+        self.adjustment.stop()
         self.review.pause()
         self.renderer.close()
         self.use(None)
@@ -88,6 +94,7 @@ class Panel:
         slicer.app.disconnect("aboutToQuit()", self.stop)
         self._shortcuts.stop()
         self.stop()
+        self.adjustment.close()
         self.review.close()
         self.use(None)
 
@@ -132,7 +139,9 @@ class Panel:
             self.carm.show(parameters)
             unready = self.xrays.missing_until()
             self.register.show(parameters, unready)
-            self.review.show(parameters)
+            self.review.show(parameters, self.register.running)
+            self.saving.show(parameters)
+            self.adjustment.show(parameters)
             self._show_steps(parameters, unready)
         finally:
             self._refreshing = False
@@ -181,6 +190,8 @@ class Panel:
 
     def _scene_closes(self, *_ignored: Any) -> None:
         self.stop()
+        self.adjustment.close()
+        self.review.undo.forget()
         self.review.close()
         self.use(None)
 
@@ -190,6 +201,8 @@ class Panel:
 
     def _scene_imports(self, *_ignored: Any) -> None:
         """A scene is about to be added: selectors are emptied meanwhile, which is not the user's choice."""
+        self.adjustment.close()
+        self.review.undo.forget()
         self.use(None)
 
     def _scene_imported(self, *_ignored: Any) -> None:
@@ -203,8 +216,10 @@ class Panel:
         if layouts.shown() and not self.review.pictures.items:
             self._show_views()
 
-    def _result_came(self, nodes: Any) -> None:
-        """Show a new result, unless another module is open."""
+    def _result_came(self, nodes: Any, before: Snapshot) -> None:
+        """Show a new result, unless another module is open; it can be undone in either case."""
+        self.adjustment.close()
+        self.review.undo.remember(before)
         if self.parameters is not None:
             self.review.result_came(nodes)
             self.steps.open("reviewSection")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import ctk
+import numpy as np
 import qt
 import slicer
 from slicer.i18n import tr as _
@@ -22,6 +23,7 @@ from ..scene.names import free_name
 from ..study.parameters import PolyPoseParameterNode, store_outputs, structures_of, xray_sources
 from ..study.result_origin import remember_segments
 from ..study.results import fill_similarity_table, set_plot
+from ..study.snapshot import Snapshot
 from .live_preview import LivePreview
 from .stage_words import SAVING, stage_text
 
@@ -32,12 +34,13 @@ POLL_MS = 50
 class _Active:
     """A registration that is running.
 
-    preview: what follows its transform meanwhile. kept_in: the folder that keeps the result, or empty.
-    drawn: how many points of the curve are shown.
+    before: the result that was there. preview: what follows its transform meanwhile. kept_in: the folder that keeps
+    the result, or empty. drawn: how many points of the curve are shown.
     """
 
     run: Registration
     parameters: PolyPoseParameterNode
+    before: Snapshot
     preview: LivePreview | None
     kept_in: str
     drawn: int = 0
@@ -46,12 +49,21 @@ class _Active:
 class RegisterPart:
     """Starts, shows and ends one registration.
 
-    done: called when a result is in the scene, trusted or not.
+    done: called when a result is in the scene, trusted or not, with its nodes and what was there before.
+    changed: called when one has started and when it has ended.
     """
 
-    def __init__(self, ui: Any, logic: Any, requirements: str, done: Callable[[Any], None]) -> None:
+    def __init__(
+        self,
+        ui: Any,
+        logic: Any,
+        requirements: str,
+        done: Callable[[Any, Snapshot], None],
+        changed: Callable[[], None],
+    ) -> None:
         """requirements: path of the list of Python packages that the child needs."""
-        self._ui, self._logic, self._requirements, self._done = ui, logic, requirements, done
+        self._ui, self._logic, self._requirements = ui, logic, requirements
+        self._done, self._changed = done, changed
         self._parameters: PolyPoseParameterNode | None = None
         self._active: _Active | None = None
         self._made: list[Any] = []
@@ -99,35 +111,46 @@ class RegisterPart:
             self._active.run.cancel()
             self._show_button()
 
-    def start(self) -> None:
-        """Start a registration with the inputs of the parameter node."""
+    def start(self, adjustments: Mapping[str, np.ndarray] | None = None) -> None:
+        """Start a registration with the inputs of the parameter node.
+
+        adjustments: how bones of the result were moved by hand in the X-rays' posture, (4, 4) LPS mm: it is refined
+        from there, and nothing is looked for elsewhere; None starts anew.
+        """
         self._say("")
         parameters = self._parameters
-        if parameters is None:
+        if parameters is None or self.running:
             return
+        before = Snapshot.of(parameters)
         try:
             ensure_dependencies(self._requirements)
             self._make_curve(parameters)
             kept_in = self._ui.outputFolder.currentPath.strip()
-            run = self._logic.startParameters(parameters, outputFolder=kept_in or None)
+            if adjustments is None:
+                run = self._logic.startParameters(parameters, outputFolder=kept_in or None)
+            else:
+                run = self._logic.startRefinement(adjustments, parameters, outputFolder=kept_in or None)
         except (PolyPoseError, OSError) as error:
             self._remove_curve()
             self._say(str(error))
             return
         preview = LivePreview(parameters.ct, parameters.segmentation) if parameters.livePreview else None
-        self._active = _Active(run, parameters, preview, kept_in)
+        self._active = _Active(run, parameters, before, preview, kept_in)
         self._ui.progressBar.setVisible(True)
         self._ui.progressBar.setRange(0, 0)
         layouts.show_plot(parameters.outputPlot)
         self._timer.start()
         self._show_button()
+        self._changed()
 
     def close(self) -> None:
         """End a running registration at once, and leave nothing of it."""
         self._timer.stop()
         if self._active is not None:
-            self._active.run.close()
+            active = self._active
+            active.run.close()
             self._finish()
+            active.before.restore_curve(active.parameters)
 
     def _poll(self) -> None:
         """Every 50 ms: take what came, show it, and end when it has ended."""
@@ -151,9 +174,10 @@ class RegisterPart:
             if active.kept_in and parameters.segmentation is not None:
                 remember_segments(active.kept_in, parameters.segmentation)
             self._say(self._end_text(run))
-            self._done(run.nodes)
+            self._done(run.nodes, active.before)
         else:
             self._finish()
+            active.before.restore_curve(parameters)
             cancelled = isinstance(run.error, CancelledError)
             self._say(_("Cancelled; nothing was changed.") if cancelled else str(run.error))
 
@@ -165,6 +189,7 @@ class RegisterPart:
         self._remove_curve()
         self._ui.progressBar.setVisible(False)
         self._show_button()
+        self._changed()
 
     def _show_progress(self, active: _Active) -> None:
         ui, run, progress = self._ui, active.run, active.run.progress

@@ -3,31 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import qt
-import slicer
 from slicer.i18n import tr as _
 
-from PolyPoseLib.data.result import total_seconds
-from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.errors import PolyPoseError
 from PolyPoseLib.geometry.camera import review_camera
 
 from ..process.renderer import Renderer
 from ..scene import fitting, layouts
-from ..scene.cameras import similarity_of
-from ..scene.compare import Mode, compared
-from ..study.parameters import PolyPoseParameterNode, outputs_of, store_outputs, structures_of
+from ..scene.compare import Mode
+from ..study.parameters import PolyPoseParameterNode, outputs_of, store_outputs
 from ..study.result_origin import made_from
+from ..study.snapshot import Snapshot
 from ..study.xray_reading import XrayReport
 from .maps import MapsPart, set_checked
-from .motions import MotionsPart, motion_header
+from .motions import MotionsPart
 from .pictures import Pictures, pictures_of_inputs, pictures_of_result
 from .posture import show_only_bones, show_posture
-from .report_page import ReportPage
+from .undo import UndoPart
 from .verdict import verdict_of
 
 FLICKER_MS = 400
@@ -58,8 +54,9 @@ class ReviewPart:
         self._shown: Any = None
         self._after = False
         self._setting = False
-        self._report_png: bytes | None = None
+        self.report_png: bytes | None = None
         self.pictures = Pictures()
+        self.undo = UndoPart(ui, self._result_goes, self._result_returned)
         self.motions = MotionsPart(ui)
         self.maps = MapsPart(ui)
         self._flicker = qt.QTimer()
@@ -81,18 +78,15 @@ class ReviewPart:
         ui.compareMode.connect("currentIndexChanged(int)", self._compare)
         ui.compareAmount.connect("valueChanged(double)", self._compare)
         ui.fromDetector.connect("toggled(bool)", self._turn)
-        ui.saveReport.connect("clicked()", self._ask_report)
         ui.showCurve.connect("toggled(bool)", self._curve_toggled)
 
-    def show(self, parameters: PolyPoseParameterNode | None) -> None:
-        """Another parameter node, or the same that changed."""
+    def show(self, parameters: PolyPoseParameterNode | None, running: bool = False) -> None:
+        """Another parameter node, or the same that changed; running: whether a registration is."""
         self._parameters = parameters
+        self.undo.show(parameters, running)
         self.motions.show(parameters)
         self.maps.show(parameters)
-        for name in ("showAfter", "saveReport"):
-            getattr(self._ui, name).enabled = (
-                parameters is not None and parameters.outputTransform is not None
-            )
+        self._ui.showAfter.enabled = parameters is not None and parameters.outputTransform is not None
         self._show_verdict(parameters)
         self.follow_cameras()
         if parameters is not None and layouts.shown() and self._fitted not in (None, self._subject()):
@@ -113,9 +107,24 @@ class ReviewPart:
 
     def result_came(self, nodes: Any) -> None:
         """A registration has ended: show what it found."""
-        self._report_png = nodes.report
+        self.report_png = nodes.report
         self._ui.showAfter.checked = True
         self.enter_layout()
+
+    def _result_goes(self) -> None:
+        """Another result takes the place of this one: nothing may lie under its transform, or show its maps."""
+        self.maps.hide()
+        self.set_after(False)
+
+    def _result_returned(self) -> None:
+        """Show the result that is there now; the pictures of the inputs where there is none."""
+        self.report_png = None
+        there = self._parameters is not None and self._parameters.outputTransform is not None
+        if there:
+            self._ui.showAfter.checked = True
+        self._fitted = None
+        if layouts.shown():
+            self.show_layout()
 
     def refresh_pictures(self, force: bool = False) -> None:
         """Make the views' pictures from the result, or from the table while there is none."""
@@ -239,6 +248,7 @@ class ReviewPart:
         parameters = self._parameters
         if parameters is None:
             return
+        before = Snapshot.of(parameters)
         try:
             bones = parameters.segmentation if made_from(folder, parameters.segmentation) else None
             nodes = self._logic.loadResult(folder, parameters.ct, bones)
@@ -246,58 +256,14 @@ class ReviewPart:
             self._ui.reviewState.text = str(error)
             return
         store_outputs(parameters, nodes)
+        self.undo.remember(before)
         self.result_came(nodes)
-
-    def report_page(self, parameters: PolyPoseParameterNode) -> ReportPage:
-        """The result of a parameter node as a page, without names of the scene's images: they may be the patient's."""
-        outputs = outputs_of(parameters)
-        self.refresh_pictures()
-        facts = [
-            (_("CT"), _size_of(parameters.ct)),
-            (_("Structures"), ", ".join(structures_of(parameters)) or "-"),
-            (_("Anchor"), parameters.anchor or "-"),
-            (_("Preset"), parameters.preset.label()),
-            (_("Computed on"), outputs.device or "-"),
-            (_("Computing time [s]"), f"{total_seconds(outputs.seconds):.0f}"),
-        ]
-        for node in outputs.cameras:
-            similarity = similarity_of(node)
-            facts.append(
-                (node.GetName(), "-" if similarity is None else _("similarity {n:.4f}").format(n=similarity))
-            )
-        pictures = []
-        for number, picture in enumerate(self.pictures.items):
-            view = outputs.cameras[number].GetName() if number < len(outputs.cameras) else view_name(number)
-            for mode, title in (
-                (Mode.XRAY, _("X-ray")),
-                (Mode.RENDERING, _("rendering")),
-                (Mode.EDGES, _("edges")),
-            ):
-                rgb = compared(picture.xray, picture.rendering, mode, 0.5)
-                rgb = rgb[:, ::-1] if self.pictures.from_detector else rgb
-                pictures.append((f"{view}: {title}", rgb))
-        return ReportPage(
-            facts, motion_header(self.motions.relative_to), self.motions.lines, pictures,
-            outputs.warnings, outputs.distrust, self._report_png,
-        )  # fmt: skip
-
-    def save_report(self, path: str) -> None:
-        """Write the report; says so when that fails."""
-        if self._parameters is None:
-            return
-        page = self.report_page(self._parameters).html()
-        try:
-            Path(path).write_text(page, encoding="utf-8")
-        except OSError as error:
-            self._ui.reviewState.text = _(
-                "{path} cannot be written ({reason}): choose another folder."
-            ).format(path=path, reason=error.strerror)
 
     def close(self) -> None:
         """Stop the timers and take the pictures out of the scene."""
         self.pause()
         self._shown = self._fitted = None
-        self._report_png = None
+        self.report_png = None
         self.pictures.clear()
 
     def pause(self) -> None:
@@ -377,20 +343,3 @@ class ReviewPart:
         folder = qt.QFileDialog.getExistingDirectory(window, _("Load a result folder"))
         if folder:
             self.load_result(str(folder))
-
-    def _ask_report(self) -> None:
-        window = self._ui.reviewSection.window()
-        path = qt.QFileDialog.getSaveFileName(
-            window, _("Save report"), "report.html", _("HTML pages (*.html)")
-        )
-        if path:
-            self.save_report(str(path))
-
-
-def _size_of(ct: slicer.vtkMRMLScalarVolumeNode | None) -> str:
-    """Voxels and spacing of a CT; "-" without one."""
-    if ct is None or ct.GetImageData() is None:
-        return "-"
-    voxels = " x ".join(map(str, ct.GetImageData().GetDimensions()))
-    spacing = " x ".join(f"{each:.4g}" for each in ct.GetSpacing())
-    return _("{voxels} voxels of {spacing} mm").format(voxels=voxels, spacing=spacing)

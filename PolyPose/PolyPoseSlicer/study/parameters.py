@@ -203,6 +203,7 @@ def outputs_of(parameters: PolyPoseParameterNode) -> OutputNodes:
         distrust=tuple(messages.get("distrust", ())),
         seconds=messages.get("seconds", {}),
         device=messages.get("device", ""),
+        sources=tuple(messages.get("sources", ())),
     )
 
 
@@ -225,6 +226,7 @@ def store_outputs(parameters: PolyPoseParameterNode, nodes: OutputNodes) -> None
             "distrust": list(nodes.distrust),
             "seconds": nodes.seconds,
             "device": nodes.device,
+            "sources": list(nodes.sources),
         }
     )
     parameters.EndModify(was)

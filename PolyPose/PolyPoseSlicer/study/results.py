@@ -50,6 +50,8 @@ class OutputNodes:
         Where it was computed.
     report : bytes, optional
         The picture report.png.
+    sources : tuple of str
+        Identities of the X-rays from which it was made, in the order of its cameras; empty when they are not known.
 
     """
 
@@ -69,6 +71,7 @@ class OutputNodes:
     seconds: dict[str, float] = field(default_factory=dict)
     device: str = ""
     report: bytes | None = None
+    sources: tuple[str, ...] = ()
 
     @property
     def trusted(self) -> bool:
@@ -148,6 +151,8 @@ def fill_nodes(loaded: LoadedResult, nodes: OutputNodes, style: InputStyle, name
         nodes, nodes.segmentation, "vtkMRMLSegmentationNode", _("{name} warped segmentation"), name
     )
     yield from _fill_segmentation(nodes.segmentation, loaded, style.segments)
+    # The Segment Editor and exports to label maps take their grid from it.
+    nodes.segmentation.SetReferenceImageGeometryParameterFromVolumeNode(nodes.volume)
     nodes.motions = _node(nodes, nodes.motions, "vtkMRMLTableNode", _("{name} motions"), name)
     fill_motion_table(nodes.motions, motions_from(loaded))
     yield

@@ -34,6 +34,7 @@ class StudyData:
     structures: {structure: [segment IDs]}; segment_ids: all segments in order, number n has label n + 1.
     layers: label maps in the segmentation's own grids.
     xrays: (entry of the study file, pixels (H, W) or None, pixel spacing (row, column)).
+    initial_poses: of structures that are refined from there, (4, 4) from the X-rays' posture to the CT, LPS mm.
     """
 
     ct: Voxels
@@ -43,6 +44,7 @@ class StudyData:
     anchor: str
     xrays: list[tuple[dict[str, Any], np.ndarray | None, tuple[float, float]]]
     options: dict[str, Any]
+    initial_poses: dict[str, np.ndarray] = field(default_factory=dict)
     labels: np.ndarray | None = None
     overlapped: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
@@ -156,6 +158,8 @@ def write_study(study: StudyData, folder: Path) -> Path:
         "xrays": entries,
         "options": study.options,
     }
+    if study.initial_poses:
+        fields["initial_poses"] = {name: pose.tolist() for name, pose in study.initial_poses.items()}
     path = folder / "STUDY.json"
     path.write_text(json.dumps(fields, indent=1), encoding="utf-8")
     return path

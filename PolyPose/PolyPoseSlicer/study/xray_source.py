@@ -94,6 +94,12 @@ class XraySource:
         name = self.image.GetName() if self.image is not None else Path(self.path).name
         return name if self.frame is None else f"{name} [{self.frame}]"
 
+    @property
+    def identity(self) -> str:
+        """Tells whether it is the same image as another: its node's ID, its file and its frame."""
+        node = "" if self.image is None else self.image.GetID() or ""
+        return f"{node}|{self.path}|{'' if self.frame is None else self.frame}"
+
     def file(self) -> tuple[str, int | None]:
         """The file that holds the X-ray as it was acquired, and the frame in it; ("", None) when there is none.
 
