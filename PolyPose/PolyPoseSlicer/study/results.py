@@ -147,12 +147,12 @@ def fill_nodes(loaded: LoadedResult, nodes: OutputNodes, style: InputStyle, name
         nodes.volume, result.warped_ct.voxels, flip_affine(result.warped_ct.affine), style.window_level
     )
     yield
-    nodes.segmentation = _node(
+    segmentation = nodes.segmentation = _node(
         nodes, nodes.segmentation, "vtkMRMLSegmentationNode", _("{name} warped segmentation"), name
     )
-    yield from _fill_segmentation(nodes.segmentation, loaded, style.segments)
+    yield from _fill_segmentation(segmentation, loaded, style.segments)
     # The Segment Editor and exports to label maps take their grid from it.
-    nodes.segmentation.SetReferenceImageGeometryParameterFromVolumeNode(nodes.volume)
+    segmentation.SetReferenceImageGeometryParameterFromVolumeNode(nodes.volume)
     nodes.motions = _node(nodes, nodes.motions, "vtkMRMLTableNode", _("{name} motions"), name)
     fill_motion_table(nodes.motions, motions_from(loaded))
     yield
