@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -47,6 +49,24 @@ class PackagingTest(SlicerTestCase):
         stub = [f"-DSlicer_DIR={STUB}", f"-DPOLYPOSE_PYTHON={sys.executable}"]
         self.run_command("cmake", "-S", str(source), "-B", str(build), *stub)
         return build
+
+    def test_the_entry_of_the_extensions_index_agrees_with_the_build(self) -> None:
+        entry = json.loads((REPOSITORY / "Resources" / "ExtensionsIndex" / "PolyPose.json").read_text())
+        text = (REPOSITORY / "CMakeLists.txt").read_text()
+        given = dict(re.findall(r'set\(EXTENSION_(\w+) "([^"]*)"\)', text))
+        self.assertEqual(entry["category"], given["CATEGORY"])
+        self.assertEqual(entry["build_dependencies"], given["DEPENDS"].split())
+        home = entry["scm_url"].removesuffix(".git")
+        self.assertTrue(given["HOMEPAGE"].startswith(home))
+        files = home.replace("github.com", "raw.githubusercontent.com") + f"/{entry['scm_revision']}/"
+        for field in ("ICONURL", "SCREENSHOTURLS"):
+            for address in given[field].split():
+                self.assertTrue(address.startswith(files), address)
+                self.assertTrue((REPOSITORY / address.removeprefix(files)).is_file(), address)
+        # What Slicer's schema of an entry (v1.0.1) requires and allows.
+        allowed = {"build_subdirectory", "enabled", "scm_revision", "scm_type", "tier", "build_dependencies"}
+        self.assertLessEqual({"$schema", "category", "scm_url"}, entry.keys())
+        self.assertLessEqual(entry.keys() - {"$schema", "category", "scm_url"}, allowed)
 
     def test_what_is_installed_works_alone(self) -> None:
         build = self.configure(self.copy_of_the_sources())
