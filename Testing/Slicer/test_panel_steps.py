@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import unittest
+from typing import Any
 
 import scenes
 import slicer
@@ -11,11 +12,14 @@ from PolyPoseSlicer.panel.steps import SECTIONS
 from PolyPoseSlicer.study import parameters
 from PolyPoseSlicer.study.xray_source import XraySource
 
+# isort: split
+import qt
+
 WIDEST = 450
 """Pixels that the panel may take of a screen."""
 
-LOWEST = 620
-"""Pixels of a screen of 800 that the application leaves to a panel."""
+LOWEST = 25
+"""Lines of text that the application leaves to a form on a screen of 1280 x 800 with the Data Probe open."""
 
 
 class StepsTest(PanelCase):
@@ -75,7 +79,19 @@ class StepsTest(PanelCase):
         self.fill()
         self.panel.review.load_result(str(scenes.save_result(self.folder / "given")))
         form = self.ui.stepsArea.parentWidget()
-        form.resize(WIDEST, LOWEST)
+        # As the application shows it: a scroll area asks for the height that lines broken to its width would like.
+        area = qt.QScrollArea()
+        area.setWidgetResizable(True)
+        area.setWidget(form)
+        self.lowest = LOWEST * form.fontMetrics().height()
+        area.resize(WIDEST, self.lowest)
+        area.show()
+        try:
+            self.check_sections(form, area)
+        finally:
+            self.host.layout.addWidget(area.takeWidget())
+
+    def check_sections(self, form: Any, area: Any) -> None:
         for name in SECTIONS:
             getattr(self.ui, name).collapsed = False
             emit(self.ui.stepsArea.verticalScrollBar().valueChanged, 0)
@@ -83,10 +99,10 @@ class StepsTest(PanelCase):
             needed = self.ui.stepsArea.minimumWidth
             self.assertGreaterEqual(needed, self.ui.steps.minimumSizeHint.width(), name)
             self.assertLessEqual(form.minimumSizeHint.width(), WIDEST, name)
-            self.assertLessEqual(form.minimumSizeHint.height(), LOWEST, name)
+            self.assertLessEqual(form.minimumSizeHint.height(), self.lowest, name)
             button = self.ui.registerButton
-            bottom = button.mapTo(form, button.rect.bottomRight())
-            self.assertTrue(form.rect.contains(bottom), name)
+            bottom = button.mapTo(area.viewport(), button.rect.bottomRight())
+            self.assertTrue(area.viewport().rect.contains(bottom), name)
 
 
 if __name__ == "__main__":

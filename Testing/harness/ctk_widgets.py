@@ -23,6 +23,7 @@ class ctkCollapsibleButton(StandIn):
     text = stored(str, "text", "")
     collapsed = stored(bool, "collapsed", False, "contentsCollapsed")
     checkable = stored(bool, "checkable", False)
+    collapsedHeight = stored(int, "collapsedHeight", 10)
 
     def __init__(self, parent: QtWidgets.QWidget | None = None) -> None:
         super().__init__(parent)
@@ -30,7 +31,7 @@ class ctkCollapsibleButton(StandIn):
 
     def property_changed(self, name: str) -> None:
         """A collapsed section is only its title."""
-        self.setMaximumHeight(_HEADER_HEIGHT if self.collapsed else _ANY_HEIGHT)
+        self.setMaximumHeight(_HEADER_HEIGHT + self.collapsedHeight if self.collapsed else _ANY_HEIGHT)
         self.update()
 
     def paintEvent(self, _event: Any) -> None:

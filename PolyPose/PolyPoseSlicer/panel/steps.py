@@ -19,6 +19,9 @@ SECTIONS = (
 _NEXT = {"inputsSection": "xraysSection", "xraysSection": "registerSection"}
 """What opens when a step is done: the optional steps are skipped."""
 
+_GROWING = ("inputsSection", "xraysSection")
+"""Sections whose tables take the height that is left."""
+
 
 class Steps:
     """Opens, closes and marks the sections."""
@@ -32,6 +35,7 @@ class Steps:
         self._area, self._contents = ui.stepsArea, ui.steps
         for name, section in self._sections.items():
             section.connect("contentsCollapsed(bool)", partial(self._toggled, name))
+            self._toggled(name, section.collapsed)
 
     @property
     def current(self) -> str:
@@ -66,5 +70,8 @@ class Steps:
         self._area.setMinimumWidth(self._contents.minimumSizeHint.width() + bar)
 
     def _toggled(self, name: str, collapsed: bool) -> None:
+        if name in _GROWING:
+            layout = self._contents.layout()
+            layout.setStretch(layout.indexOf(self._sections[name]), 0 if collapsed else 1)
         if not collapsed and not self._opening:
             self.open(name)
