@@ -32,7 +32,12 @@ Label = TypeVar("Label", int, str)
 
 _VERTEBRA = re.compile(r"^(?:vertebrae?[ _])?([ctls])(\d{1,2})(?:[ _]vertebrae?)?$")
 _RIB = re.compile(r"\brib\b")
-_JAW = re.compile(r"^(upper|lower) (?:jawbone|.*fdi\d+)$|^teeth (upper|lower)$")
+_ORDINALS = (
+    "first", "second", "third", "fourth", "fifth", "sixth",
+    "seventh", "eighth", "ninth", "tenth", "eleventh", "twelfth",
+)  # fmt: skip
+"""How SNOMED CT counts ribs: Fourth rib."""
+_JAW = re.compile(r"^(upper|lower) (?:jawbone|teeth|.*fdi\d+)$|^teeth (upper|lower)$")
 _REGION = {"c": "cervical_spine", "t": "thoracic_spine", "l": "lumbar_spine"}
 _PELVIS = ("hip", "hip bone", "sacrum", "coccyx", "pelvis", "ilium", "ischium", "pubis")
 _SINGLE = {
@@ -42,6 +47,7 @@ _SINGLE = {
     "styloid process": "skull",
     "mandible": "mandible",
     "hyoid": "hyoid",
+    "hyoid bone": "hyoid",
     "vertebrae body": "spine",
     "sternum": "sternum",
     "femur": "femur",
@@ -111,7 +117,8 @@ def structure_of(name: str, detail: str = "regions") -> str | None:
     Parameters
     ----------
     name
-        TotalSegmentator's (hip_left, vertebrae_L5) or Slicer's standard name (Left hip, L5 vertebra).
+        TotalSegmentator's (hip_left, vertebrae_L5), Slicer's standard name (left hip, L5 vertebra, left rib 4), or
+        that of SNOMED CT (Fourth rib).
     detail
         One of `DETAILS`.
 
@@ -127,8 +134,8 @@ def structure_of(name: str, detail: str = "regions") -> str | None:
             return "pelvis"
         return _REGION[region] if detail == "regions" else f"vertebra_{region.upper()}{number}"
     if _RIB.search(bare):
-        number = re.search(r"\d+", bare)
-        return f"ribs{side}" if detail == "regions" or not number else f"rib{side}_{number[0]}"
+        number = _rib_number(bare)
+        return f"ribs{side}" if detail == "regions" or not number else f"rib{side}_{number}"
     if bare in _PELVIS:
         return "pelvis"
     jaw = _JAW.match(words)
@@ -136,6 +143,14 @@ def structure_of(name: str, detail: str = "regions") -> str | None:
         return "mandible" if "lower" in jaw.groups() else "skull"
     found = _SINGLE.get(bare)
     return found if found is None or found in _MIDLINE else found + side
+
+
+def _rib_number(words: str) -> str:
+    """A rib's number, which is a number or an ordinal among its words; empty without one."""
+    number = re.search(r"\d+", words)
+    if number:
+        return number[0]
+    return next((str(n) for n, word in enumerate(_ORDINALS, start=1) if word in words.split()), "")
 
 
 def propose_structures(

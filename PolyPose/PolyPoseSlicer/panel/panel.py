@@ -19,6 +19,7 @@ from .node_choice import NodeChoice
 from .register import RegisterPart
 from .review import ReviewPart
 from .saving import SavingPart
+from .segment_bones import SegmentPart
 from .shortcuts import Shortcuts
 from .steps import Steps
 from .structures import StructuresPart
@@ -50,6 +51,7 @@ class Panel:
         self.renderer = Renderer(self._say)
         self.steps = Steps(ui)
         self.structures = StructuresPart(ui)
+        self.segment = SegmentPart(ui, self.structures.propose)
         self.choice = NodeChoice(host, self._nodes_deleted)
         self._inputs: dict[str, str] = {}
         self.xrays = XraysPart(ui, self.choice, self._xray_selected)
@@ -81,7 +83,7 @@ class Panel:
         self._show_pictures_again()
 
     def exit(self) -> None:
-        """Another module is opened: a registration and a search go on, everything else stops."""
+        """Another module is opened: a registration, a search and a segmentation go on, everything else stops."""
         self._shortcuts.stop()
         self.carm.stop()
         self.adjustment.stop()
@@ -100,6 +102,8 @@ class Panel:
 
     def stop(self) -> None:
         """End every process and timer, and remove their files."""
+        self.segment.close()
+        self.xrays.close()
         self.carm.stop()
         self.cameras.close()
         self.landmarks.stop()
@@ -133,6 +137,7 @@ class Panel:
                 self._remember_inputs(parameters)
             self._observe_segmentation(parameters.segmentation if parameters is not None else None)
             self.structures.show(parameters)
+            self.segment.show(parameters)
             self.xrays.show(parameters)
             self.cameras.show(parameters)
             self.landmarks.show(parameters)

@@ -12,12 +12,14 @@ from slicer.i18n import tr as _
 from PolyPoseLib.errors import PolyPoseError
 
 from ..study.camera_source import CameraSource
+from ..study.dropped_xrays import without_known
 from ..study.field_words import in_words
 from ..study.parameters import PolyPoseParameterNode, store_xray_sources, xray_sources
 from ..study.xray_reading import GEOMETRY_FIELDS, XrayReader, XrayReport, geometry_from_file
 from ..study.xray_source import XraySource
 from .node_choice import NodeChoice
 from .xray_details import XrayDetails
+from .xray_drop import XrayDrop
 
 _ENDINGS = "*.dcm *.ima *.nrrd *.nhdr *.nii *.nii.gz *.mha *.mhd *.png *.tif *.tiff"
 
@@ -55,6 +57,7 @@ class XraysPart:
         self.reader = XrayReader()
         self._details = XrayDetails(ui, choice, self._replace)
         table = ui.xraysTable
+        self._drop = XrayDrop(table, self.add_dropped, self._say)
         table.columnCount = 4
         table.setHorizontalHeaderLabels([_("X-ray"), _("Geometry from"), _("Camera"), _("State")])
         table.verticalHeader().setVisible(False)
@@ -134,6 +137,14 @@ class XraysPart:
         if self._parameters is not None and paths:
             self._add([XraySource(path=str(path)) for path in paths])
 
+    def add_dropped(self, sources: list[XraySource]) -> None:
+        """Add X-rays that were dropped; those that are in the table already stay once in it."""
+        new = without_known(sources, self._sources)
+        if self._parameters is not None and new:
+            self._add(new)
+        elif sources:
+            self._say(_("What was dropped is in the table already."))
+
     def remove(self) -> None:
         """Take the selected X-ray out of the table."""
         if self.number >= 0:
@@ -164,6 +175,10 @@ class XraysPart:
             fields = {**source.fields, **fields, "camera": "initial"}
             changed = {"camera_transform": transform, "camera_source": CameraSource.CARM, "found": None}
             self._replace(replace(source, fields=fields, **changed))
+
+    def close(self) -> None:
+        """Forget what was dropped and is not in the table yet."""
+        self._drop.close()
 
     def change(self, changed: Mapping[int, XraySource]) -> None:
         """Store changed versions of X-rays by their rows, and read again those whose nodes have changed."""
@@ -220,6 +235,10 @@ class XraysPart:
         if now != self._was_selected:
             self._was_selected = now
             self._selected()
+
+    def _say(self, text: str) -> None:
+        """Say something about the table, until what it shows changes."""
+        self._ui.xrayState.text = text
 
     def _enable(self, node: Any = None) -> None:
         self._ui.addXrayButton.enabled = self._ui.xraySelector.currentNode() is not None

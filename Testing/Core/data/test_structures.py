@@ -111,6 +111,21 @@ def test_names_of_several_programs_are_understood(name, structure):
     assert structure_of(name) == structure
 
 
+@pytest.mark.parametrize(
+    ("name", "structure"),
+    [
+        ("left rib 4", "rib_left_4"), ("Left Fourth rib", "rib_left_4"), ("Right Twelfth rib", "rib_right_12"),
+        ("rib_left_10", "rib_left_10"), ("left rib", "ribs_left"), ("Left Hip", "pelvis"), ("Sacrum", "pelvis"),
+        ("right femur", "femur_right"), ("L5 vertebra", "vertebra_L5"), ("left clavicle", "clavicle_left"),
+        ("hyoid bone", "hyoid"), ("lower teeth", "mandible"), ("upper teeth", "skull"),
+        ("Entire costal cartilage", None), ("Spinal cord", None), ("Left Iliopsoas muscle", None),
+    ],
+)  # fmt: skip
+def test_the_names_that_slicers_extensions_give_are_understood(name, structure):
+    """SlicerTotalSegmentator and SlicerMONAIAuto3DSeg give Slicer's labels of their terms, or SNOMED CT's words."""
+    assert structure_of(name, "bones") == structure
+
+
 def test_numbers_need_a_table():
     with pytest.raises(InputError, match="depends on the table"):
         propose_structures([25])
