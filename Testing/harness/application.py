@@ -188,9 +188,11 @@ class Application(Signals):
         """True: dialogs answer themselves."""
         return True
 
-    def translate(self, _context: str, text: str) -> str:
-        """No translation."""
-        return text
+    def translate(self, context: str, text: str) -> str:
+        """What the installed translators say, or the text itself."""
+        import qt
+
+        return qt.QApplication.translate(context, text)
 
     def moduleDocumentationUrl(self, name: str) -> str:
         """Where a module's documentation would be."""

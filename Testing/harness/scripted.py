@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import os
 import sys
 import types
 import unittest
+from pathlib import Path
 from typing import Any
 
 import slicer
@@ -151,6 +154,23 @@ def _module(name: str, **contents: Any) -> types.ModuleType:
     return module
 
 
+def _translate(context: str, text: str) -> str:
+    return slicer.app.translate(context, text)
+
+
+def _tr(text: str) -> str:
+    """Translate in the context that Slicer derives from the caller's file: its package, if any, and its name."""
+    frame = inspect.currentframe()
+    return _translate(_context(frame.f_back.f_code.co_filename), text)  # type: ignore[union-attr]
+
+
+@functools.cache
+def _context(file: str) -> str:
+    path = Path(file)
+    package = f"{path.parent.name}." if (path.parent / "__init__.py").is_file() else ""
+    return package + path.stem
+
+
 def _load_requirements(path: str) -> list[str]:
     with open(path, encoding="utf-8") as file:
         lines = [line.strip() for line in file]
@@ -169,7 +189,7 @@ def install_sample_data() -> None:
 
 def install() -> None:
     """Make the stand-ins importable under their names in Slicer."""
-    _module("slicer.i18n", tr=lambda text: text, translate=lambda _context, text: text)
+    _module("slicer.i18n", tr=_tr, translate=_translate)
     classes = [value for name, value in globals().items() if name.startswith("ScriptedLoadable")]
     names = {cls.__name__: cls for cls in classes}
     _module("slicer.ScriptedLoadableModule", __all__=list(names), **names)
