@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import unittest
+from xml.etree import ElementTree
 
 import numpy as np
 import scenes
@@ -127,6 +128,19 @@ class ViewsTest(PanelCase):
         self.assert_3d_shows(self.ct)
 
 
+def least_width(layout: ElementTree.Element) -> int:
+    """Pixels that the views of a layout need."""
+    widths = []
+    for item in layout.findall("item"):
+        inner, view = item.find("layout"), item.find("view")
+        if inner is not None:
+            widths.append(least_width(inner))
+        elif view is not None:
+            slices = view.get("class") == "vtkMRMLSliceNode"
+            widths.append(layouts.SLICE_PX if slices else layouts.THREE_D_PX)
+    return sum(widths) if layout.get("type") == "horizontal" else max(widths)
+
+
 class LayoutTest(PanelCase):
     def node(self) -> slicer.vtkMRMLLayoutNode:
         return slicer.app.layoutManager().layoutLogic().GetLayoutNode()
@@ -139,19 +153,39 @@ class LayoutTest(PanelCase):
 
     def numbers(self) -> dict[int, str]:
         """Descriptions of all layouts by their number."""
-        return {
-            layouts.number_of(views, plot): layouts.description(views, plot)
+        all_of_them = [
+            layouts.Arrangement(views, plot, narrow)
             for views in range(1, layouts.MOST_VIEWS + 1)
             for plot in (False, True)
-        }
+            for narrow in (False, True)
+        ]
+        return {each.number: each.description for each in all_of_them}
 
     def test_all_layouts_are_known_once_they_are_registered(self) -> None:
         self.forget()
         layouts.register()
         layouts.register()
-        self.assertEqual(len(self.numbers()), 2 * layouts.MOST_VIEWS)
+        self.assertEqual(len(self.numbers()), 4 * layouts.MOST_VIEWS)
         for number, description in self.numbers().items():
             self.assertEqual(self.node().GetLayoutDescription(number), description)
+
+    def test_no_layout_widens_a_window_that_can_hold_two_slices(self) -> None:
+        """Views side by side fit; each gets a share of the row, as a 3D view without one gets next to nothing."""
+        manager = slicer.app.layoutManager()
+        usual = manager.width
+        self.addCleanup(setattr, manager, "width", usual)
+        for views in range(1, layouts.MOST_VIEWS + 1):
+            for width in range(2 * layouts.SLICE_PX, 2400, 90):
+                manager.width = width
+                layouts.show(views)
+                root = ElementTree.fromstring(self.node().GetCurrentLayoutDescription())
+                self.assertEqual(len(list(root.iter("view"))), views + 4)
+                for item in root.iter("item"):
+                    self.assertIn("splitSize", item.attrib)
+                self.assertLessEqual(least_width(root), width, (views, width))
+        manager.width = usual
+        layouts.show(2)
+        self.assertNotIn('type="tab"', self.node().GetCurrentLayoutDescription())
 
     def test_the_curve_comes_and_goes_in_the_layout(self) -> None:
         self.fill()
@@ -170,7 +204,7 @@ class LayoutTest(PanelCase):
             self.node().SetViewArrangement(layouts.LAYOUT + 1)
             self.assertEqual(self.node().GetCurrentLayoutDescription(), "")
             repair()
-            self.assertEqual(self.node().GetCurrentLayoutDescription(), layouts.description(2))
+            self.assertEqual(self.node().GetCurrentLayoutDescription(), layouts.Arrangement(2).description)
 
     def test_a_scene_that_was_saved_in_the_layout_opens_with_its_pictures(self) -> None:
         self.fill()

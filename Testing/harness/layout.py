@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import types
 from typing import Any
 
 import slicer
@@ -18,10 +19,15 @@ class LayoutManager:
         self._logic.SetMRMLScene(slicer.mrmlScene)
         self.slices: dict[str, SliceView] = {}
         self.three_d: dict[str, ThreeDView] = {}
+        self.width = 1500
 
     def layoutLogic(self) -> Any:
         """The real logic; it makes the view nodes."""
         return self._logic
+
+    def viewport(self) -> Any:
+        """What holds the views; only its width is known."""
+        return types.SimpleNamespace(width=self.width)
 
     def setLayout(self, layout: int) -> None:
         """Switch to a layout and make the views that it needs.

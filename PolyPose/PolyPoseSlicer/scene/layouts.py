@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import slicer
 
 from .xray_views import view_group, view_name
@@ -13,47 +15,97 @@ MOST_VIEWS = 6
 WITH_PLOT = 10
 """Added to the number of a layout that shows the similarity's curve as well."""
 
-_ALL = [(views, plot) for views in range(1, MOST_VIEWS + 1) for plot in (False, True)]
-"""Numbers of X-rays, with the curve and without, for which there is a layout."""
+NARROW = 20
+"""Added to the number of a layout for a narrow window."""
+
+SLICE_PX, THREE_D_PX = 340, 130
+"""Least widths of a slice view and of a 3D view, bars and margins included: narrower windows are widened by them."""
+
+_NARROW_ROW = 2
+"""X-rays side by side in a narrow window."""
 
 PLOT_VIEW = "PolyPosePlot"
 THREE_D_VIEW = "1"
 """Slicer's own first 3D view."""
 
-_XRAY = """<item><view class="vtkMRMLSliceNode" singletontag="{name}">
+_XRAY = """<item splitSize="500"><view class="vtkMRMLSliceNode" singletontag="{name}">
 <property name="orientation" action="default">Axial</property>
 <property name="viewlabel" action="default">X{number}</property>
 <property name="viewgroup" action="default">{group}</property>
 <property name="viewcolor" action="default">#E0A030</property></view></item>"""
-_SLICE = """<item><view class="vtkMRMLSliceNode" singletontag="{name}">
+_SLICE = """<item splitSize="500"><view class="vtkMRMLSliceNode" singletontag="{name}">
 <property name="orientation" action="default">{orientation}</property>
 <property name="viewlabel" action="default">{name[0]}</property>
 <property name="viewcolor" action="default">{color}</property></view></item>"""
 _SLICES = (("Red", "Axial", "#F34A33"), ("Yellow", "Sagittal", "#EDD54C"), ("Green", "Coronal", "#6EB04B"))
+_PLOT = (
+    f'<item splitSize="500"><view class="vtkMRMLPlotViewNode" singletontag="{PLOT_VIEW}">'
+    '<property name="viewlabel" action="default">P</property></view></item>'
+)
+_THREE_D = (
+    f'<item splitSize="500"><view class="vtkMRMLViewNode" singletontag="{THREE_D_VIEW}">'
+    '<property name="viewlabel" action="default">1</property></view></item>'
+)
+_SPLIT = ' split="true"'
 
 
-def description(views: int, plot: bool = False) -> str:
-    """The layout's XML for a number of X-rays, with the similarity's curve or without."""
-    xrays = "".join(
-        _XRAY.format(name=view_name(each), number=each + 1, group=view_group(each)) for each in range(views)
-    )
-    curve = (
-        f'<item><view class="vtkMRMLPlotViewNode" singletontag="{PLOT_VIEW}">'
-        '<property name="viewlabel" action="default">P</property></view></item>'
-    )
-    three = (
-        f'<item><view class="vtkMRMLViewNode" singletontag="{THREE_D_VIEW}">'
-        '<property name="viewlabel" action="default">1</property></view></item>'
-    )
-    slices = "".join(
-        _SLICE.format(name=name, orientation=orientation, color=color) for name, orientation, color in _SLICES
-    )
-    return (
-        '<layout type="vertical" split="true">'
-        f'<item splitSize="600"><layout type="horizontal" split="true">{xrays}</layout></item>'
-        f'<item splitSize="400"><layout type="horizontal" split="true">{three}{slices}{curve if plot else ""}'
-        "</layout></item></layout>"
-    )
+@dataclass(frozen=True)
+class Arrangement:
+    """One of the layouts: for so many X-rays, with the similarity's curve or without, for a narrow window or not."""
+
+    views: int
+    plot: bool = False
+    narrow: bool = False
+
+    @property
+    def number(self) -> int:
+        """The layout's number."""
+        return LAYOUT + self.views - 1 + (WITH_PLOT if self.plot else 0) + (NARROW if self.narrow else 0)
+
+    @property
+    def description(self) -> str:
+        """The layout's XML."""
+        xrays = [
+            _XRAY.format(name=view_name(each), number=each + 1, group=view_group(each))
+            for each in range(self.views)
+        ]
+        slices = [
+            _SLICE.format(name=name, orientation=orientation, color=color)
+            for name, orientation, color in _SLICES
+        ]
+        curve = [_PLOT] if self.plot else []
+        in_row = _NARROW_ROW if self.narrow else self.views
+        rows = [
+            _layout("horizontal", xrays[first : first + in_row]) for first in range(0, self.views, in_row)
+        ]
+        patient = [_THREE_D, *slices, *curve]
+        if self.narrow:
+            patient = [_THREE_D, _item(_layout("tab", [*slices, *curve], split=False))]
+        return _layout(
+            "vertical",
+            [
+                *(_item(row, 600 // len(rows)) for row in rows),
+                _item(_layout("horizontal", patient), 400),
+            ],
+        )
+
+
+_ALL = [
+    Arrangement(views, plot, narrow)
+    for views in range(1, MOST_VIEWS + 1)
+    for plot in (False, True)
+    for narrow in (False, True)
+]
+
+
+def _layout(kind: str, items: list[str], split: bool = True) -> str:
+    """A layout's element around its items."""
+    return f'<layout type="{kind}"{_SPLIT if split else ""}>{"".join(items)}</layout>'
+
+
+def _item(content: str, size: int = 500) -> str:
+    """An item around a layout; size: its share of a split."""
+    return f'<item splitSize="{size}">{content}</item>'
 
 
 def register() -> None:
@@ -62,26 +114,27 @@ def register() -> None:
     if manager is None:
         return
     node = manager.layoutLogic().GetLayoutNode()
-    for views, plot in _ALL:
-        if not node.IsLayoutDescription(number_of(views, plot)):
-            node.AddLayoutDescription(number_of(views, plot), description(views, plot))
+    for each in _ALL:
+        if not node.IsLayoutDescription(each.number):
+            node.AddLayoutDescription(each.number, each.description)
     if shown():  # a scene that was loaded before the layouts were known
         node.SetViewArrangement(node.GetViewArrangement())
 
 
-def number_of(views: int, plot: bool = False) -> int:
-    """The number of the layout for so many X-rays, of which it shows the first ones."""
-    return LAYOUT + min(max(views, 1), MOST_VIEWS) - 1 + (WITH_PLOT if plot else 0)
-
-
 def show(views: int, plot: bool = False) -> bool:
-    """Switch to the layout; False when there is no main window."""
+    """Switch to the layout for so many X-rays, of which it shows the first ones; False when there is no main window."""
     manager = slicer.app.layoutManager()
     if manager is None:
         return False
     register()
-    manager.setLayout(number_of(views, plot))
+    views = min(max(views, 1), MOST_VIEWS)
+    manager.setLayout(Arrangement(views, plot, _is_narrow(views, manager.viewport().width)).number)
     return True
+
+
+def _is_narrow(views: int, width: int) -> bool:
+    """Whether that many X-rays in a row, or the 3D view and three slices, would widen a window of so many pixels."""
+    return width < max(THREE_D_PX + len(_SLICES) * SLICE_PX, views * SLICE_PX)
 
 
 def shown() -> bool:
@@ -90,7 +143,7 @@ def shown() -> bool:
     if manager is None:
         return False
     current = manager.layoutLogic().GetLayoutNode().GetViewArrangement()
-    return current in {number_of(*each) for each in _ALL}
+    return current in {each.number for each in _ALL}
 
 
 def show_plot(chart: slicer.vtkMRMLPlotChartNode | None) -> None:

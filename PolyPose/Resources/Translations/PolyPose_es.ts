@@ -44,6 +44,14 @@
         <translation>Elegir la segmentación</translation>
     </message>
     <message>
+        <source>Segment bones</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Segment the CT with the extension TotalSegmentator or MONAIAuto3DSeg, and propose the structures.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Propose structures</source>
         <translation>Proponer estructuras</translation>
     </message>
@@ -120,8 +128,8 @@
         <translation>Quitar de la tabla la radiografía seleccionada; la imagen misma permanece.</translation>
     </message>
     <message>
-        <source>One row per X-ray: where its geometry comes from and how reliable it is.</source>
-        <translation>Una fila por radiografía: de dónde viene su geometría y cuán fiable es.</translation>
+        <source>One row per X-ray: where its geometry comes from and how reliable it is. X-rays can be dropped here from the module Data, and image files from the desktop.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Geometry of the selected X-ray</source>
@@ -1415,6 +1423,77 @@
     </message>
 </context>
 <context>
+    <name>panel.segment_bones</name>
+    <message>
+        <source>starting</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Cancelling...</source>
+        <translation type="unfinished">Cancelando...</translation>
+    </message>
+    <message>
+        <source>Cancel</source>
+        <translation type="unfinished">Cancelar</translation>
+    </message>
+    <message>
+        <source>Stop the segmentation; nothing is changed.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{name} could not segment the CT ({reason}): see the application&apos;s log.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Segment bones</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{name} ended with the code {code}: see the application&apos;s log.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{name} is installing what it needs...</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The CT was deleted meanwhile: choose another.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{ct} bones</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Segmented with {name}: check the bones and their structures.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Segment the CT with the extension TotalSegmentator or MONAIAuto3DSeg, and propose the structures.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Choose the CT first.</source>
+        <translation type="unfinished">Elija primero la TC.</translation>
+    </message>
+    <message>
+        <source>{name} found nothing in &apos;{ct}&apos;: is it a CT in Hounsfield units?</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>&apos;{node}&apos; is ready; another CT is chosen by now.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{name}: {line}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The extension cannot be loaded ({reason}): update it.</source>
+        <translation type="unfinished"></translation>
+    </message>
+</context>
+<context>
     <name>panel.stage_words</name>
     <message>
         <source>Saving the result...</source>
@@ -1574,6 +1653,25 @@
     </message>
 </context>
 <context>
+    <name>panel.xray_drop</name>
+    <message>
+        <source>drop loaded X-rays (a volume, a sequence, or a folder of them) from the module Data, or image files</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>No X-ray: {names}; {can}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Nothing here is an X-ray: {can}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{names} and {count} more</source>
+        <translation type="unfinished"></translation>
+    </message>
+</context>
+<context>
     <name>panel.xrays</name>
     <message>
         <source>Add two or more X-rays from different directions.</source>
@@ -1610,6 +1708,10 @@
     <message>
         <source>Study files (*.json)</source>
         <translation>Archivos de estudio (*.json)</translation>
+    </message>
+    <message>
+        <source>What was dropped is in the table already.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Add X-rays</source>
@@ -1662,6 +1764,58 @@
     </message>
 </context>
 <context>
+    <name>process.extensions</name>
+    <message>
+        <source>Bones are segmented by the extension TotalSegmentator or MONAIAuto3DSeg: install one in the Extensions Manager and restart Slicer.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Bones are segmented by an extension, and neither TotalSegmentator nor MONAIAuto3DSeg is installed.
+
+Install {name} now, with the extensions that it needs? It is downloaded from Slicer&apos;s extensions server.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{name} was installed: save your data and restart Slicer.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The extension {name} is installed, but its module is not loaded: restart Slicer, or enable it in the Extensions Manager.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The extension {name} could not be installed: check the network connection, or install it in the Extensions Manager.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{name} was installed. Slicer must be restarted before it can be used; data that were not saved are lost. Restart now?</source>
+        <translation type="unfinished"></translation>
+    </message>
+</context>
+<context>
+    <name>process.monai_auto3dseg</name>
+    <message>
+        <source>MONAIAuto3DSeg offers no model of bones: update the extension.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>computing</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>MONAIAuto3DSeg ended with the code {code}: see the application&apos;s log.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>MONAIAuto3DSeg&apos;s result could not be read: see the application&apos;s log.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>reading the result</source>
+        <translation type="unfinished"></translation>
+    </message>
+</context>
+<context>
     <name>process.registration</name>
     <message>
         <source>registration</source>
@@ -1689,6 +1843,17 @@
     <message>
         <source>The rendering cannot be read: {reason}.</source>
         <translation>No se puede leer el renderizado: {reason}.</translation>
+    </message>
+</context>
+<context>
+    <name>process.segmentation_task</name>
+    <message>
+        <source>The segmentation was cancelled; nothing was changed.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>&apos;{name}&apos; was deleted while the CT was segmented: start the segmentation again.</source>
+        <translation type="unfinished"></translation>
     </message>
 </context>
 <context>
