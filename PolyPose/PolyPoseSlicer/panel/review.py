@@ -19,6 +19,7 @@ from ..study.parameters import PolyPoseParameterNode, outputs_of, store_outputs
 from ..study.result_origin import made_from
 from ..study.snapshot import Snapshot
 from ..study.xray_reading import XrayReport
+from .bones_3d import Bones3DPart
 from .maps import MapsPart, set_checked
 from .motions import MotionsPart
 from .pictures import Pictures, pictures_of_inputs, pictures_of_result
@@ -59,6 +60,7 @@ class ReviewPart:
         self.undo = UndoPart(ui, self._result_goes, self._result_returned)
         self.motions = MotionsPart(ui)
         self.maps = MapsPart(ui)
+        self.bones = Bones3DPart(ui)
         self._flicker = qt.QTimer()
         self._flicker.interval = FLICKER_MS
         self._flicker.connect("timeout()", self.pictures.flicker)
@@ -192,6 +194,7 @@ class ReviewPart:
             self._fitted = self._subject()
             self._fit()
         self._aimed_at = self._view_sizes()
+        self.bones.show(self._parameters, self._after)
         self._run_flicker()
         if not self._after:
             self._render_before()
@@ -240,6 +243,7 @@ class ReviewPart:
         self._show_slices()
         self.pictures.before = not self._after
         self.pictures.draw()
+        self.bones.show(self._parameters, self._after)
         if not self._after:
             self._render_before()
 
@@ -264,6 +268,7 @@ class ReviewPart:
         self.pause()
         self._shown = self._fitted = None
         self.report_png = None
+        self.bones.clear()
         self.pictures.clear()
 
     def pause(self) -> None:

@@ -19,8 +19,8 @@ SECTIONS = (
 _NEXT = {"inputsSection": "xraysSection", "xraysSection": "registerSection"}
 """What opens when a step is done: the optional steps are skipped."""
 
-_GROWING = ("inputsSection", "xraysSection")
-"""Sections whose tables take the height that is left."""
+_GROWING = "inputsSection"
+"""The section whose table takes the height that is left."""
 
 
 class Steps:
@@ -70,7 +70,7 @@ class Steps:
         self._area.setMinimumWidth(self._contents.minimumSizeHint.width() + bar)
 
     def _toggled(self, name: str, collapsed: bool) -> None:
-        if name in _GROWING:
+        if name == _GROWING:
             layout = self._contents.layout()
             layout.setStretch(layout.indexOf(self._sections[name]), 0 if collapsed else 1)
         if not collapsed and not self._opening:
