@@ -6,6 +6,7 @@ import csv
 import io
 import threading
 import unittest
+from typing import Any
 from unittest import mock
 
 import numpy as np
@@ -17,7 +18,8 @@ from PolyPoseSlicer.scene import deformation, layouts, xray_views
 from PolyPoseSlicer.scene.compare import Mode, compared, edges_of, normalized, resized, shrunk
 from PolyPoseSlicer.scene.grid_transform import set_grid_transform
 from PolyPoseSlicer.study.result_origin import remember_segments
-from slicer_case import SlicerTestCase
+from slicer_case import INSIDE_SLICER, SlicerTestCase
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
 # isort: split
 import qt
@@ -57,6 +59,11 @@ class CompareTest(SlicerTestCase):
         self.assertEqual(edges_of(np.zeros((5, 5), np.float32)).max(), 0)
         self.assertEqual(shrunk(np.arange(35.0).reshape(5, 7), 2).shape, (2, 3))
         np.testing.assert_array_equal(resized(np.arange(4).reshape(2, 2), 4, 4)[::2, ::2], [[0, 1], [2, 3]])
+
+
+def pixels(view: Any) -> np.ndarray:
+    """What a view of the harness draws, (N, 3)."""
+    return vtk_to_numpy(view.image().GetPointData().GetScalars()).copy()
 
 
 class ReviewTest(PanelCase):
@@ -176,6 +183,24 @@ class ReviewTest(PanelCase):
                 self.assertEqual(display.IsDisplayableInView(node.GetID()), not is_xray, node.GetLayoutName())
             for node in slicer.util.getNodesByClass("vtkMRMLViewNode"):
                 self.assertTrue(display.IsDisplayableInView(node.GetID()))
+
+    @unittest.skipIf(INSIDE_SLICER, "looks into the harness's views")
+    def test_no_pixel_of_an_xray_changes_with_grid_and_arrows(self) -> None:
+        """The views are genuine: they draw what they draw in the application, whatever a display node says."""
+        opened = slicer.app.layoutManager().slices
+        names = [xray_views.view_name(0), xray_views.view_name(1)]
+        before = {name: pixels(opened[name]) for name in (*names, "Red")}
+        for made_by_another_module in (False, True):
+            if made_by_another_module:
+                slicer.mrmlScene.RemoveNode(self.node.outputTransform.GetDisplayNode())
+                self.node.outputTransform.CreateDefaultDisplayNodes()
+            for box in (self.ui.showGrid, self.ui.showGlyphs):
+                box.checked = True
+                for name in names:
+                    np.testing.assert_array_equal(pixels(opened[name]), before[name])
+                self.assertTrue((pixels(opened["Red"]) != before["Red"]).any(), "it is not drawn at all")
+                box.checked = False
+                np.testing.assert_array_equal(pixels(opened["Red"]), before["Red"])
 
     def test_the_volume_change_and_its_folds(self) -> None:
         vectors, affine = scenes.field()

@@ -35,12 +35,15 @@ _RIGID_DELTA_MM = 1e-4
 def show_transform(
     node: slicer.vtkMRMLTransformNode, region: slicer.vtkMRMLVolumeNode | None, what: str
 ) -> None:
-    """Show a transform as "grid" or "glyphs" in slices and 3D, or hide it (""); not over the X-rays."""
-    if node.GetDisplayNode() is None:
-        if not what:
-            return
-        node.CreateDefaultDisplayNodes()
-    display = node.GetDisplayNode()
+    """Show a transform as "grid" in slices or as "glyphs" in slices and 3D, or hide it (""); not over the X-rays.
+
+    A grid of the whole region in 3D would hide everything and takes seconds to draw.
+    """
+    if not what:
+        if node.GetDisplayNode() is not None:
+            node.GetDisplayNode().SetVisibility(False)
+        return
+    display = _restricted_display(node)
     was = display.StartModify()
     if region is not None:
         display.SetAndObserveRegionNode(region)
@@ -48,16 +51,35 @@ def show_transform(
     grid = slicer.vtkMRMLTransformDisplayNode.VIS_MODE_GRID
     glyph = slicer.vtkMRMLTransformDisplayNode.VIS_MODE_GLYPH
     display.SetVisualizationMode(grid if what == "grid" else glyph)
-    display.RemoveAllViewNodeIDs()
-    for identifier in layouts.patient_views():
-        display.AddViewNodeID(identifier)
     display.SetGridSpacingMm(_GRID_SPACING_MM)
     display.SetGlyphSpacingMm(_GRID_SPACING_MM)
     display.SetGlyphDisplayRangeMinMm(0.5)
-    display.SetVisibility(bool(what))
-    display.SetVisibility2D(bool(what))
-    display.SetVisibility3D(bool(what))
+    display.SetVisibility(True)
+    display.SetVisibility2D(True)
+    display.SetVisibility3D(what == "glyphs")
     display.EndModify(was)
+
+
+def _restricted_display(node: slicer.vtkMRMLTransformNode) -> slicer.vtkMRMLTransformDisplayNode:
+    """The node's display node, shown in the views of the patient alone.
+
+    Slice views look only once whether they may show a display node, when its transform gets it: one that was not
+    restricted by then is replaced.
+    """
+    wanted, display = layouts.patient_views(), node.GetDisplayNode()
+    if display is not None:
+        present = [display.GetNthViewNodeID(number) for number in range(display.GetNumberOfViewNodeIDs())]
+        if set(present) == set(wanted):
+            return display
+        slicer.mrmlScene.RemoveNode(display)
+    display = slicer.mrmlScene.CreateNodeByClass("vtkMRMLTransformDisplayNode")
+    display.UnRegister(None)
+    display.SetVisibility(False)
+    display.SetViewNodeIDs(wanted)
+    slicer.mrmlScene.AddNode(display)
+    display.SetDefaultColors()
+    node.SetAndObserveDisplayNodeID(display.GetID())
+    return display
 
 
 @dataclass(frozen=True)
