@@ -45,11 +45,11 @@
     </message>
     <message>
         <source>Segment bones</source>
-        <translation type="unfinished"></translation>
+        <translation>Segmentieren</translation>
     </message>
     <message>
         <source>Segment the CT with the extension TotalSegmentator or MONAIAuto3DSeg, and propose the structures.</source>
-        <translation type="unfinished"></translation>
+        <translation>Das CT mit der Erweiterung TotalSegmentator oder MONAIAuto3DSeg segmentieren und die Strukturen vorschlagen.</translation>
     </message>
     <message>
         <source>Propose structures</source>
@@ -129,7 +129,7 @@
     </message>
     <message>
         <source>One row per X-ray: where its geometry comes from and how reliable it is. X-rays can be dropped here from the module Data, and image files from the desktop.</source>
-        <translation type="unfinished"></translation>
+        <translation>Eine Zeile je Röntgenbild: woher seine Geometrie stammt und wie verlässlich sie ist. Röntgenbilder können aus dem Modul Data und Bilddateien vom Schreibtisch hierher gezogen werden.</translation>
     </message>
     <message>
         <source>Geometry of the selected X-ray</source>
@@ -684,8 +684,8 @@
         <translation>Vergleichen</translation>
     </message>
     <message>
-        <source>CT and bones in the slices</source>
-        <translation>CT und Knochen in den Schichten</translation>
+        <source>CT and bones</source>
+        <translation>CT und Knochen</translation>
     </message>
     <message>
         <source>Before (as in the CT)</source>
@@ -710,6 +710,14 @@
     <message>
         <source>Hide the segments that belong to no structure.</source>
         <translation>Die Segmente ausblenden, die zu keiner Struktur gehören.</translation>
+    </message>
+    <message>
+        <source>Bones in 3D</source>
+        <translation>Knochen in 3D</translation>
+    </message>
+    <message>
+        <source>Show the bones that move as surfaces in the 3D view, where the chosen posture has them.</source>
+        <translation>Die bewegten Knochen als Oberflächen in der 3D-Ansicht zeigen, so wie sie in der gewählten Haltung liegen.</translation>
     </message>
     <message>
         <source>X-ray versus rendering</source>
@@ -780,16 +788,16 @@
         <translation>Gitter</translation>
     </message>
     <message>
-        <source>Show the deformation as a grid, in the slices and in 3D.</source>
-        <translation>Die Deformation als Gitter zeigen, in den Schichten und in 3D.</translation>
+        <source>Show the deformation as a grid, in the slices.</source>
+        <translation>Die Verformung als Gitter in den Schichten zeigen.</translation>
+    </message>
+    <message>
+        <source>Show the deformation as arrows, in the slices and in 3D.</source>
+        <translation>Die Verformung als Pfeile in den Schichten und in 3D zeigen.</translation>
     </message>
     <message>
         <source>Arrows</source>
         <translation>Pfeile</translation>
-    </message>
-    <message>
-        <source>Show the deformation as arrows.</source>
-        <translation>Die Deformation als Pfeile zeigen.</translation>
     </message>
     <message>
         <source>Volume change</source>
@@ -1426,71 +1434,71 @@
     <name>panel.segment_bones</name>
     <message>
         <source>starting</source>
-        <translation type="unfinished"></translation>
+        <translation>startet</translation>
     </message>
     <message>
         <source>Cancelling...</source>
-        <translation type="unfinished">Wird abgebrochen...</translation>
+        <translation>Wird abgebrochen...</translation>
     </message>
     <message>
         <source>Cancel</source>
-        <translation type="unfinished">Abbrechen</translation>
+        <translation>Abbrechen</translation>
     </message>
     <message>
         <source>Stop the segmentation; nothing is changed.</source>
-        <translation type="unfinished"></translation>
+        <translation>Die Segmentierung anhalten; nichts wird verändert.</translation>
     </message>
     <message>
         <source>{name} could not segment the CT ({reason}): see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} konnte das CT nicht segmentieren ({reason}): siehe das Protokoll der Anwendung.</translation>
     </message>
     <message>
         <source>Segment bones</source>
-        <translation type="unfinished"></translation>
+        <translation>Segmentieren</translation>
     </message>
     <message>
         <source>{name} ended with the code {code}: see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} endete mit dem Code {code}: siehe das Protokoll der Anwendung.</translation>
     </message>
     <message>
         <source>{name} is installing what it needs...</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} installiert, was es braucht...</translation>
     </message>
     <message>
         <source>The CT was deleted meanwhile: choose another.</source>
-        <translation type="unfinished"></translation>
+        <translation>Das CT wurde inzwischen gelöscht: Wählen Sie ein anderes.</translation>
     </message>
     <message>
         <source>{ct} bones</source>
-        <translation type="unfinished"></translation>
+        <translation>{ct} Knochen</translation>
     </message>
     <message>
         <source>Segmented with {name}: check the bones and their structures.</source>
-        <translation type="unfinished"></translation>
+        <translation>Mit {name} segmentiert: Prüfen Sie die Knochen und ihre Strukturen.</translation>
     </message>
     <message>
         <source>Segment the CT with the extension TotalSegmentator or MONAIAuto3DSeg, and propose the structures.</source>
-        <translation type="unfinished"></translation>
+        <translation>Das CT mit der Erweiterung TotalSegmentator oder MONAIAuto3DSeg segmentieren und die Strukturen vorschlagen.</translation>
     </message>
     <message>
         <source>Choose the CT first.</source>
-        <translation type="unfinished">Wählen Sie zuerst das CT.</translation>
+        <translation>Wählen Sie zuerst das CT.</translation>
     </message>
     <message>
         <source>{name} found nothing in &apos;{ct}&apos;: is it a CT in Hounsfield units?</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} fand nichts in „{ct}“: Ist es ein CT in Hounsfield-Einheiten?</translation>
     </message>
     <message>
         <source>&apos;{node}&apos; is ready; another CT is chosen by now.</source>
-        <translation type="unfinished"></translation>
+        <translation>„{node}“ ist fertig; inzwischen ist ein anderes CT gewählt.</translation>
     </message>
     <message>
         <source>{name}: {line}</source>
-        <translation type="unfinished"></translation>
+        <translation>{name}: {line}</translation>
     </message>
     <message>
         <source>The extension cannot be loaded ({reason}): update it.</source>
-        <translation type="unfinished"></translation>
+        <translation>Die Erweiterung kann nicht geladen werden ({reason}): Aktualisieren Sie sie.</translation>
     </message>
 </context>
 <context>
@@ -1656,19 +1664,19 @@
     <name>panel.xray_drop</name>
     <message>
         <source>drop loaded X-rays (a volume, a sequence, or a folder of them) from the module Data, or image files</source>
-        <translation type="unfinished"></translation>
+        <translation>ziehen Sie geladene Röntgenbilder (ein Volumen, eine Sequenz oder einen Ordner davon) aus dem Modul Data oder Bilddateien hierher</translation>
     </message>
     <message>
         <source>No X-ray: {names}; {can}.</source>
-        <translation type="unfinished"></translation>
+        <translation>Kein Röntgenbild: {names}; {can}.</translation>
     </message>
     <message>
         <source>Nothing here is an X-ray: {can}.</source>
-        <translation type="unfinished"></translation>
+        <translation>Nichts davon ist ein Röntgenbild: {can}.</translation>
     </message>
     <message>
         <source>{names} and {count} more</source>
-        <translation type="unfinished"></translation>
+        <translation>{names} und {count} weitere</translation>
     </message>
 </context>
 <context>
@@ -1711,7 +1719,7 @@
     </message>
     <message>
         <source>What was dropped is in the table already.</source>
-        <translation type="unfinished"></translation>
+        <translation>Was hierher gezogen wurde, steht schon in der Tabelle.</translation>
     </message>
     <message>
         <source>Add X-rays</source>
@@ -1767,52 +1775,54 @@
     <name>process.extensions</name>
     <message>
         <source>Bones are segmented by the extension TotalSegmentator or MONAIAuto3DSeg: install one in the Extensions Manager and restart Slicer.</source>
-        <translation type="unfinished"></translation>
+        <translation>Knochen segmentiert die Erweiterung TotalSegmentator oder MONAIAuto3DSeg: Installieren Sie eine davon im Extensions Manager und starten Sie Slicer neu.</translation>
     </message>
     <message>
         <source>Bones are segmented by an extension, and neither TotalSegmentator nor MONAIAuto3DSeg is installed.
 
 Install {name} now, with the extensions that it needs? It is downloaded from Slicer&apos;s extensions server.</source>
-        <translation type="unfinished"></translation>
+        <translation>Knochen segmentiert eine Erweiterung, und weder TotalSegmentator noch MONAIAuto3DSeg ist installiert.
+
+{name} jetzt installieren, mit den Erweiterungen, die es braucht? Es wird vom Erweiterungsserver von Slicer heruntergeladen.</translation>
     </message>
     <message>
         <source>{name} was installed: save your data and restart Slicer.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} wurde installiert: Speichern Sie Ihre Daten und starten Sie Slicer neu.</translation>
     </message>
     <message>
         <source>The extension {name} is installed, but its module is not loaded: restart Slicer, or enable it in the Extensions Manager.</source>
-        <translation type="unfinished"></translation>
+        <translation>Die Erweiterung {name} ist installiert, aber ihr Modul ist nicht geladen: Starten Sie Slicer neu oder aktivieren Sie sie im Extensions Manager.</translation>
     </message>
     <message>
         <source>The extension {name} could not be installed: check the network connection, or install it in the Extensions Manager.</source>
-        <translation type="unfinished"></translation>
+        <translation>Die Erweiterung {name} konnte nicht installiert werden: Prüfen Sie die Netzwerkverbindung oder installieren Sie sie im Extensions Manager.</translation>
     </message>
     <message>
         <source>{name} was installed. Slicer must be restarted before it can be used; data that were not saved are lost. Restart now?</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} wurde installiert. Slicer muss neu gestartet werden, bevor es benutzt werden kann; nicht gespeicherte Daten gehen verloren. Jetzt neu starten?</translation>
     </message>
 </context>
 <context>
     <name>process.monai_auto3dseg</name>
     <message>
         <source>MONAIAuto3DSeg offers no model of bones: update the extension.</source>
-        <translation type="unfinished"></translation>
+        <translation>MONAIAuto3DSeg bietet kein Modell für Knochen: Aktualisieren Sie die Erweiterung.</translation>
     </message>
     <message>
         <source>computing</source>
-        <translation type="unfinished"></translation>
+        <translation>rechnet</translation>
     </message>
     <message>
         <source>MONAIAuto3DSeg ended with the code {code}: see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>MONAIAuto3DSeg endete mit dem Code {code}: siehe das Protokoll der Anwendung.</translation>
     </message>
     <message>
         <source>MONAIAuto3DSeg&apos;s result could not be read: see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>Das Ergebnis von MONAIAuto3DSeg konnte nicht gelesen werden: siehe das Protokoll der Anwendung.</translation>
     </message>
     <message>
         <source>reading the result</source>
-        <translation type="unfinished"></translation>
+        <translation>liest das Ergebnis</translation>
     </message>
 </context>
 <context>
@@ -1849,11 +1859,11 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <name>process.segmentation_task</name>
     <message>
         <source>The segmentation was cancelled; nothing was changed.</source>
-        <translation type="unfinished"></translation>
+        <translation>Die Segmentierung wurde abgebrochen; nichts wurde verändert.</translation>
     </message>
     <message>
         <source>&apos;{name}&apos; was deleted while the CT was segmented: start the segmentation again.</source>
-        <translation type="unfinished"></translation>
+        <translation>„{name}“ wurde gelöscht, während das CT segmentiert wurde: Starten Sie die Segmentierung erneut.</translation>
     </message>
 </context>
 <context>
@@ -1920,6 +1930,17 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>Outline of {name}</source>
         <translation>Umriss von {name}</translation>
+    </message>
+</context>
+<context>
+    <name>scene.bone_models</name>
+    <message>
+        <source>Motion of {name}</source>
+        <translation>Bewegung von {name}</translation>
+    </message>
+    <message>
+        <source>{name} in 3D</source>
+        <translation>{name} in 3D</translation>
     </message>
 </context>
 <context>

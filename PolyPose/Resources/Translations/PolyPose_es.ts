@@ -45,11 +45,11 @@
     </message>
     <message>
         <source>Segment bones</source>
-        <translation type="unfinished"></translation>
+        <translation>Segmentar</translation>
     </message>
     <message>
         <source>Segment the CT with the extension TotalSegmentator or MONAIAuto3DSeg, and propose the structures.</source>
-        <translation type="unfinished"></translation>
+        <translation>Segmentar la TC con la extensión TotalSegmentator o MONAIAuto3DSeg y proponer las estructuras.</translation>
     </message>
     <message>
         <source>Propose structures</source>
@@ -129,7 +129,7 @@
     </message>
     <message>
         <source>One row per X-ray: where its geometry comes from and how reliable it is. X-rays can be dropped here from the module Data, and image files from the desktop.</source>
-        <translation type="unfinished"></translation>
+        <translation>Una fila por radiografía: de dónde procede su geometría y qué fiabilidad tiene. Se pueden soltar aquí radiografías del módulo Data y archivos de imagen del escritorio.</translation>
     </message>
     <message>
         <source>Geometry of the selected X-ray</source>
@@ -684,8 +684,8 @@
         <translation>Comparar</translation>
     </message>
     <message>
-        <source>CT and bones in the slices</source>
-        <translation>TC y huesos en los cortes</translation>
+        <source>CT and bones</source>
+        <translation>TC y huesos</translation>
     </message>
     <message>
         <source>Before (as in the CT)</source>
@@ -710,6 +710,14 @@
     <message>
         <source>Hide the segments that belong to no structure.</source>
         <translation>Ocultar los segmentos que no pertenecen a ninguna estructura.</translation>
+    </message>
+    <message>
+        <source>Bones in 3D</source>
+        <translation>Huesos en 3D</translation>
+    </message>
+    <message>
+        <source>Show the bones that move as surfaces in the 3D view, where the chosen posture has them.</source>
+        <translation>Mostrar los huesos que se mueven como superficies en la vista 3D, según la postura elegida.</translation>
     </message>
     <message>
         <source>X-ray versus rendering</source>
@@ -780,16 +788,16 @@
         <translation>Cuadrícula</translation>
     </message>
     <message>
-        <source>Show the deformation as a grid, in the slices and in 3D.</source>
-        <translation>Mostrar la deformación como cuadrícula, en los cortes y en 3D.</translation>
+        <source>Show the deformation as a grid, in the slices.</source>
+        <translation>Mostrar la deformación como cuadrícula en los cortes.</translation>
+    </message>
+    <message>
+        <source>Show the deformation as arrows, in the slices and in 3D.</source>
+        <translation>Mostrar la deformación como flechas en los cortes y en 3D.</translation>
     </message>
     <message>
         <source>Arrows</source>
         <translation>Flechas</translation>
-    </message>
-    <message>
-        <source>Show the deformation as arrows.</source>
-        <translation>Mostrar la deformación como flechas.</translation>
     </message>
     <message>
         <source>Volume change</source>
@@ -1426,71 +1434,71 @@
     <name>panel.segment_bones</name>
     <message>
         <source>starting</source>
-        <translation type="unfinished"></translation>
+        <translation>iniciando</translation>
     </message>
     <message>
         <source>Cancelling...</source>
-        <translation type="unfinished">Cancelando...</translation>
+        <translation>Cancelando...</translation>
     </message>
     <message>
         <source>Cancel</source>
-        <translation type="unfinished">Cancelar</translation>
+        <translation>Cancelar</translation>
     </message>
     <message>
         <source>Stop the segmentation; nothing is changed.</source>
-        <translation type="unfinished"></translation>
+        <translation>Detener la segmentación; no se cambia nada.</translation>
     </message>
     <message>
         <source>{name} could not segment the CT ({reason}): see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} no pudo segmentar la TC ({reason}): consulte el registro de la aplicación.</translation>
     </message>
     <message>
         <source>Segment bones</source>
-        <translation type="unfinished"></translation>
+        <translation>Segmentar</translation>
     </message>
     <message>
         <source>{name} ended with the code {code}: see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} terminó con el código {code}: consulte el registro de la aplicación.</translation>
     </message>
     <message>
         <source>{name} is installing what it needs...</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} está instalando lo que necesita...</translation>
     </message>
     <message>
         <source>The CT was deleted meanwhile: choose another.</source>
-        <translation type="unfinished"></translation>
+        <translation>La TC se eliminó entretanto: elija otra.</translation>
     </message>
     <message>
         <source>{ct} bones</source>
-        <translation type="unfinished"></translation>
+        <translation>{ct} huesos</translation>
     </message>
     <message>
         <source>Segmented with {name}: check the bones and their structures.</source>
-        <translation type="unfinished"></translation>
+        <translation>Segmentado con {name}: compruebe los huesos y sus estructuras.</translation>
     </message>
     <message>
         <source>Segment the CT with the extension TotalSegmentator or MONAIAuto3DSeg, and propose the structures.</source>
-        <translation type="unfinished"></translation>
+        <translation>Segmentar la TC con la extensión TotalSegmentator o MONAIAuto3DSeg y proponer las estructuras.</translation>
     </message>
     <message>
         <source>Choose the CT first.</source>
-        <translation type="unfinished">Elija primero la TC.</translation>
+        <translation>Elija primero la TC.</translation>
     </message>
     <message>
         <source>{name} found nothing in &apos;{ct}&apos;: is it a CT in Hounsfield units?</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} no encontró nada en «{ct}»: ¿es una TC en unidades Hounsfield?</translation>
     </message>
     <message>
         <source>&apos;{node}&apos; is ready; another CT is chosen by now.</source>
-        <translation type="unfinished"></translation>
+        <translation>«{node}» está listo; entretanto se ha elegido otra TC.</translation>
     </message>
     <message>
         <source>{name}: {line}</source>
-        <translation type="unfinished"></translation>
+        <translation>{name}: {line}</translation>
     </message>
     <message>
         <source>The extension cannot be loaded ({reason}): update it.</source>
-        <translation type="unfinished"></translation>
+        <translation>La extensión no se puede cargar ({reason}): actualícela.</translation>
     </message>
 </context>
 <context>
@@ -1656,19 +1664,19 @@
     <name>panel.xray_drop</name>
     <message>
         <source>drop loaded X-rays (a volume, a sequence, or a folder of them) from the module Data, or image files</source>
-        <translation type="unfinished"></translation>
+        <translation>suelte radiografías cargadas (un volumen, una secuencia o una carpeta de ellas) del módulo Data, o archivos de imagen</translation>
     </message>
     <message>
         <source>No X-ray: {names}; {can}.</source>
-        <translation type="unfinished"></translation>
+        <translation>No es una radiografía: {names}; {can}.</translation>
     </message>
     <message>
         <source>Nothing here is an X-ray: {can}.</source>
-        <translation type="unfinished"></translation>
+        <translation>Nada de esto es una radiografía: {can}.</translation>
     </message>
     <message>
         <source>{names} and {count} more</source>
-        <translation type="unfinished"></translation>
+        <translation>{names} y {count} más</translation>
     </message>
 </context>
 <context>
@@ -1711,7 +1719,7 @@
     </message>
     <message>
         <source>What was dropped is in the table already.</source>
-        <translation type="unfinished"></translation>
+        <translation>Lo que se soltó ya está en la tabla.</translation>
     </message>
     <message>
         <source>Add X-rays</source>
@@ -1767,52 +1775,54 @@
     <name>process.extensions</name>
     <message>
         <source>Bones are segmented by the extension TotalSegmentator or MONAIAuto3DSeg: install one in the Extensions Manager and restart Slicer.</source>
-        <translation type="unfinished"></translation>
+        <translation>Los huesos los segmenta la extensión TotalSegmentator o MONAIAuto3DSeg: instale una en el Extensions Manager y reinicie Slicer.</translation>
     </message>
     <message>
         <source>Bones are segmented by an extension, and neither TotalSegmentator nor MONAIAuto3DSeg is installed.
 
 Install {name} now, with the extensions that it needs? It is downloaded from Slicer&apos;s extensions server.</source>
-        <translation type="unfinished"></translation>
+        <translation>Los huesos los segmenta una extensión, y ni TotalSegmentator ni MONAIAuto3DSeg está instalada.
+
+¿Instalar {name} ahora, con las extensiones que necesita? Se descarga del servidor de extensiones de Slicer.</translation>
     </message>
     <message>
         <source>{name} was installed: save your data and restart Slicer.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} se ha instalado: guarde sus datos y reinicie Slicer.</translation>
     </message>
     <message>
         <source>The extension {name} is installed, but its module is not loaded: restart Slicer, or enable it in the Extensions Manager.</source>
-        <translation type="unfinished"></translation>
+        <translation>La extensión {name} está instalada, pero su módulo no está cargado: reinicie Slicer o actívela en el Extensions Manager.</translation>
     </message>
     <message>
         <source>The extension {name} could not be installed: check the network connection, or install it in the Extensions Manager.</source>
-        <translation type="unfinished"></translation>
+        <translation>La extensión {name} no se pudo instalar: compruebe la conexión de red o instálela en el Extensions Manager.</translation>
     </message>
     <message>
         <source>{name} was installed. Slicer must be restarted before it can be used; data that were not saved are lost. Restart now?</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} se ha instalado. Hay que reiniciar Slicer antes de usarlo; los datos no guardados se pierden. ¿Reiniciar ahora?</translation>
     </message>
 </context>
 <context>
     <name>process.monai_auto3dseg</name>
     <message>
         <source>MONAIAuto3DSeg offers no model of bones: update the extension.</source>
-        <translation type="unfinished"></translation>
+        <translation>MONAIAuto3DSeg no ofrece ningún modelo de huesos: actualice la extensión.</translation>
     </message>
     <message>
         <source>computing</source>
-        <translation type="unfinished"></translation>
+        <translation>calculando</translation>
     </message>
     <message>
         <source>MONAIAuto3DSeg ended with the code {code}: see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>MONAIAuto3DSeg terminó con el código {code}: consulte el registro de la aplicación.</translation>
     </message>
     <message>
         <source>MONAIAuto3DSeg&apos;s result could not be read: see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>El resultado de MONAIAuto3DSeg no se pudo leer: consulte el registro de la aplicación.</translation>
     </message>
     <message>
         <source>reading the result</source>
-        <translation type="unfinished"></translation>
+        <translation>leyendo el resultado</translation>
     </message>
 </context>
 <context>
@@ -1849,11 +1859,11 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <name>process.segmentation_task</name>
     <message>
         <source>The segmentation was cancelled; nothing was changed.</source>
-        <translation type="unfinished"></translation>
+        <translation>La segmentación se canceló; no se cambió nada.</translation>
     </message>
     <message>
         <source>&apos;{name}&apos; was deleted while the CT was segmented: start the segmentation again.</source>
-        <translation type="unfinished"></translation>
+        <translation>«{name}» se eliminó mientras se segmentaba la TC: inicie de nuevo la segmentación.</translation>
     </message>
 </context>
 <context>
@@ -1920,6 +1930,17 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>Outline of {name}</source>
         <translation>Contorno de {name}</translation>
+    </message>
+</context>
+<context>
+    <name>scene.bone_models</name>
+    <message>
+        <source>Motion of {name}</source>
+        <translation>Movimiento de {name}</translation>
+    </message>
+    <message>
+        <source>{name} in 3D</source>
+        <translation>{name} en 3D</translation>
     </message>
 </context>
 <context>

@@ -45,11 +45,11 @@
     </message>
     <message>
         <source>Segment bones</source>
-        <translation type="unfinished"></translation>
+        <translation>Segmenter</translation>
     </message>
     <message>
         <source>Segment the CT with the extension TotalSegmentator or MONAIAuto3DSeg, and propose the structures.</source>
-        <translation type="unfinished"></translation>
+        <translation>Segmenter le scanner avec l&apos;extension TotalSegmentator ou MONAIAuto3DSeg et proposer les structures.</translation>
     </message>
     <message>
         <source>Propose structures</source>
@@ -129,7 +129,7 @@
     </message>
     <message>
         <source>One row per X-ray: where its geometry comes from and how reliable it is. X-rays can be dropped here from the module Data, and image files from the desktop.</source>
-        <translation type="unfinished"></translation>
+        <translation>Une ligne par radiographie : d&apos;où vient sa géométrie et quelle est sa fiabilité. On peut déposer ici des radiographies depuis le module Data et des fichiers d&apos;image depuis le bureau.</translation>
     </message>
     <message>
         <source>Geometry of the selected X-ray</source>
@@ -684,8 +684,8 @@
         <translation>Comparer</translation>
     </message>
     <message>
-        <source>CT and bones in the slices</source>
-        <translation>Scanner et os dans les coupes</translation>
+        <source>CT and bones</source>
+        <translation>Scanner et os</translation>
     </message>
     <message>
         <source>Before (as in the CT)</source>
@@ -710,6 +710,14 @@
     <message>
         <source>Hide the segments that belong to no structure.</source>
         <translation>Masquer les segments qui n&apos;appartiennent à aucune structure.</translation>
+    </message>
+    <message>
+        <source>Bones in 3D</source>
+        <translation>Os en 3D</translation>
+    </message>
+    <message>
+        <source>Show the bones that move as surfaces in the 3D view, where the chosen posture has them.</source>
+        <translation>Afficher les os mobiles comme surfaces dans la vue 3D, tels qu&apos;ils sont dans la posture choisie.</translation>
     </message>
     <message>
         <source>X-ray versus rendering</source>
@@ -780,16 +788,16 @@
         <translation>Grille</translation>
     </message>
     <message>
-        <source>Show the deformation as a grid, in the slices and in 3D.</source>
-        <translation>Afficher la déformation sous forme de grille, dans les coupes et en 3D.</translation>
+        <source>Show the deformation as a grid, in the slices.</source>
+        <translation>Afficher la déformation comme grille dans les coupes.</translation>
+    </message>
+    <message>
+        <source>Show the deformation as arrows, in the slices and in 3D.</source>
+        <translation>Afficher la déformation par des flèches dans les coupes et en 3D.</translation>
     </message>
     <message>
         <source>Arrows</source>
         <translation>Flèches</translation>
-    </message>
-    <message>
-        <source>Show the deformation as arrows.</source>
-        <translation>Afficher la déformation sous forme de flèches.</translation>
     </message>
     <message>
         <source>Volume change</source>
@@ -1426,71 +1434,71 @@
     <name>panel.segment_bones</name>
     <message>
         <source>starting</source>
-        <translation type="unfinished"></translation>
+        <translation>démarrage</translation>
     </message>
     <message>
         <source>Cancelling...</source>
-        <translation type="unfinished">Annulation...</translation>
+        <translation>Annulation...</translation>
     </message>
     <message>
         <source>Cancel</source>
-        <translation type="unfinished">Annuler</translation>
+        <translation>Annuler</translation>
     </message>
     <message>
         <source>Stop the segmentation; nothing is changed.</source>
-        <translation type="unfinished"></translation>
+        <translation>Arrêter la segmentation ; rien n&apos;est modifié.</translation>
     </message>
     <message>
         <source>{name} could not segment the CT ({reason}): see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} n&apos;a pas pu segmenter le scanner ({reason}) : voir le journal de l&apos;application.</translation>
     </message>
     <message>
         <source>Segment bones</source>
-        <translation type="unfinished"></translation>
+        <translation>Segmenter</translation>
     </message>
     <message>
         <source>{name} ended with the code {code}: see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} s&apos;est terminé avec le code {code} : voir le journal de l&apos;application.</translation>
     </message>
     <message>
         <source>{name} is installing what it needs...</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} installe ce dont il a besoin...</translation>
     </message>
     <message>
         <source>The CT was deleted meanwhile: choose another.</source>
-        <translation type="unfinished"></translation>
+        <translation>Le scanner a été supprimé entre-temps : choisissez-en un autre.</translation>
     </message>
     <message>
         <source>{ct} bones</source>
-        <translation type="unfinished"></translation>
+        <translation>{ct} os</translation>
     </message>
     <message>
         <source>Segmented with {name}: check the bones and their structures.</source>
-        <translation type="unfinished"></translation>
+        <translation>Segmenté avec {name} : vérifiez les os et leurs structures.</translation>
     </message>
     <message>
         <source>Segment the CT with the extension TotalSegmentator or MONAIAuto3DSeg, and propose the structures.</source>
-        <translation type="unfinished"></translation>
+        <translation>Segmenter le scanner avec l&apos;extension TotalSegmentator ou MONAIAuto3DSeg et proposer les structures.</translation>
     </message>
     <message>
         <source>Choose the CT first.</source>
-        <translation type="unfinished">Choisissez d&apos;abord le scanner.</translation>
+        <translation>Choisissez d&apos;abord le scanner.</translation>
     </message>
     <message>
         <source>{name} found nothing in &apos;{ct}&apos;: is it a CT in Hounsfield units?</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} n&apos;a rien trouvé dans « {ct} » : est-ce un scanner en unités Hounsfield ?</translation>
     </message>
     <message>
         <source>&apos;{node}&apos; is ready; another CT is chosen by now.</source>
-        <translation type="unfinished"></translation>
+        <translation>« {node} » est prêt ; un autre scanner est choisi entre-temps.</translation>
     </message>
     <message>
         <source>{name}: {line}</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} : {line}</translation>
     </message>
     <message>
         <source>The extension cannot be loaded ({reason}): update it.</source>
-        <translation type="unfinished"></translation>
+        <translation>L&apos;extension ne peut pas être chargée ({reason}) : mettez-la à jour.</translation>
     </message>
 </context>
 <context>
@@ -1656,19 +1664,19 @@
     <name>panel.xray_drop</name>
     <message>
         <source>drop loaded X-rays (a volume, a sequence, or a folder of them) from the module Data, or image files</source>
-        <translation type="unfinished"></translation>
+        <translation>déposez des radiographies chargées (un volume, une séquence ou un dossier) depuis le module Data, ou des fichiers d&apos;image</translation>
     </message>
     <message>
         <source>No X-ray: {names}; {can}.</source>
-        <translation type="unfinished"></translation>
+        <translation>Pas une radiographie : {names} ; {can}.</translation>
     </message>
     <message>
         <source>Nothing here is an X-ray: {can}.</source>
-        <translation type="unfinished"></translation>
+        <translation>Rien ici n&apos;est une radiographie : {can}.</translation>
     </message>
     <message>
         <source>{names} and {count} more</source>
-        <translation type="unfinished"></translation>
+        <translation>{names} et {count} autres</translation>
     </message>
 </context>
 <context>
@@ -1711,7 +1719,7 @@
     </message>
     <message>
         <source>What was dropped is in the table already.</source>
-        <translation type="unfinished"></translation>
+        <translation>Ce qui a été déposé est déjà dans le tableau.</translation>
     </message>
     <message>
         <source>Add X-rays</source>
@@ -1767,52 +1775,54 @@
     <name>process.extensions</name>
     <message>
         <source>Bones are segmented by the extension TotalSegmentator or MONAIAuto3DSeg: install one in the Extensions Manager and restart Slicer.</source>
-        <translation type="unfinished"></translation>
+        <translation>Les os sont segmentés par l&apos;extension TotalSegmentator ou MONAIAuto3DSeg : installez-en une dans l&apos;Extensions Manager et redémarrez Slicer.</translation>
     </message>
     <message>
         <source>Bones are segmented by an extension, and neither TotalSegmentator nor MONAIAuto3DSeg is installed.
 
 Install {name} now, with the extensions that it needs? It is downloaded from Slicer&apos;s extensions server.</source>
-        <translation type="unfinished"></translation>
+        <translation>Les os sont segmentés par une extension, et ni TotalSegmentator ni MONAIAuto3DSeg n&apos;est installée.
+
+Installer {name} maintenant, avec les extensions dont il a besoin ? Il est téléchargé depuis le serveur d&apos;extensions de Slicer.</translation>
     </message>
     <message>
         <source>{name} was installed: save your data and restart Slicer.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} a été installé : enregistrez vos données et redémarrez Slicer.</translation>
     </message>
     <message>
         <source>The extension {name} is installed, but its module is not loaded: restart Slicer, or enable it in the Extensions Manager.</source>
-        <translation type="unfinished"></translation>
+        <translation>L&apos;extension {name} est installée, mais son module n&apos;est pas chargé : redémarrez Slicer ou activez-la dans l&apos;Extensions Manager.</translation>
     </message>
     <message>
         <source>The extension {name} could not be installed: check the network connection, or install it in the Extensions Manager.</source>
-        <translation type="unfinished"></translation>
+        <translation>L&apos;extension {name} n&apos;a pas pu être installée : vérifiez la connexion au réseau ou installez-la dans l&apos;Extensions Manager.</translation>
     </message>
     <message>
         <source>{name} was installed. Slicer must be restarted before it can be used; data that were not saved are lost. Restart now?</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} a été installé. Slicer doit être redémarré avant de l&apos;utiliser ; les données non enregistrées sont perdues. Redémarrer maintenant ?</translation>
     </message>
 </context>
 <context>
     <name>process.monai_auto3dseg</name>
     <message>
         <source>MONAIAuto3DSeg offers no model of bones: update the extension.</source>
-        <translation type="unfinished"></translation>
+        <translation>MONAIAuto3DSeg n&apos;offre aucun modèle d&apos;os : mettez l&apos;extension à jour.</translation>
     </message>
     <message>
         <source>computing</source>
-        <translation type="unfinished"></translation>
+        <translation>calcul</translation>
     </message>
     <message>
         <source>MONAIAuto3DSeg ended with the code {code}: see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>MONAIAuto3DSeg s&apos;est terminé avec le code {code} : voir le journal de l&apos;application.</translation>
     </message>
     <message>
         <source>MONAIAuto3DSeg&apos;s result could not be read: see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>Le résultat de MONAIAuto3DSeg n&apos;a pas pu être lu : voir le journal de l&apos;application.</translation>
     </message>
     <message>
         <source>reading the result</source>
-        <translation type="unfinished"></translation>
+        <translation>lecture du résultat</translation>
     </message>
 </context>
 <context>
@@ -1849,11 +1859,11 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <name>process.segmentation_task</name>
     <message>
         <source>The segmentation was cancelled; nothing was changed.</source>
-        <translation type="unfinished"></translation>
+        <translation>La segmentation a été annulée ; rien n&apos;a été modifié.</translation>
     </message>
     <message>
         <source>&apos;{name}&apos; was deleted while the CT was segmented: start the segmentation again.</source>
-        <translation type="unfinished"></translation>
+        <translation>« {name} » a été supprimé pendant la segmentation du scanner : relancez la segmentation.</translation>
     </message>
 </context>
 <context>
@@ -1920,6 +1930,17 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>Outline of {name}</source>
         <translation>Contour de {name}</translation>
+    </message>
+</context>
+<context>
+    <name>scene.bone_models</name>
+    <message>
+        <source>Motion of {name}</source>
+        <translation>Mouvement de {name}</translation>
+    </message>
+    <message>
+        <source>{name} in 3D</source>
+        <translation>{name} en 3D</translation>
     </message>
 </context>
 <context>

@@ -45,11 +45,11 @@
     </message>
     <message>
         <source>Segment bones</source>
-        <translation type="unfinished"></translation>
+        <translation>骨をセグメント化</translation>
     </message>
     <message>
         <source>Segment the CT with the extension TotalSegmentator or MONAIAuto3DSeg, and propose the structures.</source>
-        <translation type="unfinished"></translation>
+        <translation>拡張機能 TotalSegmentator または MONAIAuto3DSeg で CT をセグメント化し、構造を提案します。</translation>
     </message>
     <message>
         <source>Propose structures</source>
@@ -129,7 +129,7 @@
     </message>
     <message>
         <source>One row per X-ray: where its geometry comes from and how reliable it is. X-rays can be dropped here from the module Data, and image files from the desktop.</source>
-        <translation type="unfinished"></translation>
+        <translation>X線画像ごとに 1 行：ジオメトリの出所と信頼性。Data モジュールの X線画像や、デスクトップの画像ファイルをここにドロップできます。</translation>
     </message>
     <message>
         <source>Geometry of the selected X-ray</source>
@@ -684,8 +684,8 @@
         <translation>比較</translation>
     </message>
     <message>
-        <source>CT and bones in the slices</source>
-        <translation>スライスのCTと骨</translation>
+        <source>CT and bones</source>
+        <translation>CT と骨</translation>
     </message>
     <message>
         <source>Before (as in the CT)</source>
@@ -710,6 +710,14 @@
     <message>
         <source>Hide the segments that belong to no structure.</source>
         <translation>どの構造にも属さないセグメントを隠します。</translation>
+    </message>
+    <message>
+        <source>Bones in 3D</source>
+        <translation>骨を 3D で表示</translation>
+    </message>
+    <message>
+        <source>Show the bones that move as surfaces in the 3D view, where the chosen posture has them.</source>
+        <translation>動く骨を、選択した姿勢での位置で 3D ビューにサーフェスとして表示します。</translation>
     </message>
     <message>
         <source>X-ray versus rendering</source>
@@ -780,16 +788,16 @@
         <translation>グリッド</translation>
     </message>
     <message>
-        <source>Show the deformation as a grid, in the slices and in 3D.</source>
-        <translation>変形をグリッドとしてスライスと3Dに表示します。</translation>
+        <source>Show the deformation as a grid, in the slices.</source>
+        <translation>変形を格子としてスライスに表示します。</translation>
+    </message>
+    <message>
+        <source>Show the deformation as arrows, in the slices and in 3D.</source>
+        <translation>変形を矢印としてスライスと 3D に表示します。</translation>
     </message>
     <message>
         <source>Arrows</source>
         <translation>矢印</translation>
-    </message>
-    <message>
-        <source>Show the deformation as arrows.</source>
-        <translation>変形を矢印として表示します。</translation>
     </message>
     <message>
         <source>Volume change</source>
@@ -1426,71 +1434,71 @@
     <name>panel.segment_bones</name>
     <message>
         <source>starting</source>
-        <translation type="unfinished"></translation>
+        <translation>開始中</translation>
     </message>
     <message>
         <source>Cancelling...</source>
-        <translation type="unfinished">キャンセルしています...</translation>
+        <translation>キャンセル中...</translation>
     </message>
     <message>
         <source>Cancel</source>
-        <translation type="unfinished">キャンセル</translation>
+        <translation>キャンセル</translation>
     </message>
     <message>
         <source>Stop the segmentation; nothing is changed.</source>
-        <translation type="unfinished"></translation>
+        <translation>セグメンテーションを停止します。何も変更されません。</translation>
     </message>
     <message>
         <source>{name} could not segment the CT ({reason}): see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} は CT をセグメント化できませんでした ({reason})：アプリケーションのログを確認してください。</translation>
     </message>
     <message>
         <source>Segment bones</source>
-        <translation type="unfinished"></translation>
+        <translation>骨をセグメント化</translation>
     </message>
     <message>
         <source>{name} ended with the code {code}: see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} はコード {code} で終了しました：アプリケーションのログを確認してください。</translation>
     </message>
     <message>
         <source>{name} is installing what it needs...</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} が必要なものをインストールしています...</translation>
     </message>
     <message>
         <source>The CT was deleted meanwhile: choose another.</source>
-        <translation type="unfinished"></translation>
+        <translation>CT がその間に削除されました：別の CT を選択してください。</translation>
     </message>
     <message>
         <source>{ct} bones</source>
-        <translation type="unfinished"></translation>
+        <translation>{ct} の骨</translation>
     </message>
     <message>
         <source>Segmented with {name}: check the bones and their structures.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} でセグメント化しました：骨とその構造を確認してください。</translation>
     </message>
     <message>
         <source>Segment the CT with the extension TotalSegmentator or MONAIAuto3DSeg, and propose the structures.</source>
-        <translation type="unfinished"></translation>
+        <translation>拡張機能 TotalSegmentator または MONAIAuto3DSeg で CT をセグメント化し、構造を提案します。</translation>
     </message>
     <message>
         <source>Choose the CT first.</source>
-        <translation type="unfinished">先にCTを選択してください。</translation>
+        <translation>まず CT を選択してください。</translation>
     </message>
     <message>
         <source>{name} found nothing in &apos;{ct}&apos;: is it a CT in Hounsfield units?</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} は「{ct}」に何も見つけられませんでした：ハウンスフィールド単位の CT ですか？</translation>
     </message>
     <message>
         <source>&apos;{node}&apos; is ready; another CT is chosen by now.</source>
-        <translation type="unfinished"></translation>
+        <translation>「{node}」の準備ができましたが、現在は別の CT が選択されています。</translation>
     </message>
     <message>
         <source>{name}: {line}</source>
-        <translation type="unfinished"></translation>
+        <translation>{name}：{line}</translation>
     </message>
     <message>
         <source>The extension cannot be loaded ({reason}): update it.</source>
-        <translation type="unfinished"></translation>
+        <translation>拡張機能を読み込めません ({reason})：更新してください。</translation>
     </message>
 </context>
 <context>
@@ -1656,19 +1664,19 @@
     <name>panel.xray_drop</name>
     <message>
         <source>drop loaded X-rays (a volume, a sequence, or a folder of them) from the module Data, or image files</source>
-        <translation type="unfinished"></translation>
+        <translation>Data モジュールから読み込み済みの X線画像（ボリューム、シーケンス、またはそのフォルダ）か、画像ファイルをドロップしてください</translation>
     </message>
     <message>
         <source>No X-ray: {names}; {can}.</source>
-        <translation type="unfinished"></translation>
+        <translation>X線画像ではありません：{names}。{can}。</translation>
     </message>
     <message>
         <source>Nothing here is an X-ray: {can}.</source>
-        <translation type="unfinished"></translation>
+        <translation>X線画像が含まれていません：{can}。</translation>
     </message>
     <message>
         <source>{names} and {count} more</source>
-        <translation type="unfinished"></translation>
+        <translation>{names} ほか {count} 件</translation>
     </message>
 </context>
 <context>
@@ -1711,7 +1719,7 @@
     </message>
     <message>
         <source>What was dropped is in the table already.</source>
-        <translation type="unfinished"></translation>
+        <translation>ドロップされたものはすでに表にあります。</translation>
     </message>
     <message>
         <source>Add X-rays</source>
@@ -1767,52 +1775,54 @@
     <name>process.extensions</name>
     <message>
         <source>Bones are segmented by the extension TotalSegmentator or MONAIAuto3DSeg: install one in the Extensions Manager and restart Slicer.</source>
-        <translation type="unfinished"></translation>
+        <translation>骨は拡張機能 TotalSegmentator または MONAIAuto3DSeg でセグメント化されます：Extensions Manager でどちらかをインストールし、Slicer を再起動してください。</translation>
     </message>
     <message>
         <source>Bones are segmented by an extension, and neither TotalSegmentator nor MONAIAuto3DSeg is installed.
 
 Install {name} now, with the extensions that it needs? It is downloaded from Slicer&apos;s extensions server.</source>
-        <translation type="unfinished"></translation>
+        <translation>骨は拡張機能でセグメント化されますが、TotalSegmentator も MONAIAuto3DSeg もインストールされていません。
+
+{name} を、必要な拡張機能とともに今インストールしますか？Slicer の拡張機能サーバーからダウンロードされます。</translation>
     </message>
     <message>
         <source>{name} was installed: save your data and restart Slicer.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} がインストールされました：データを保存して Slicer を再起動してください。</translation>
     </message>
     <message>
         <source>The extension {name} is installed, but its module is not loaded: restart Slicer, or enable it in the Extensions Manager.</source>
-        <translation type="unfinished"></translation>
+        <translation>拡張機能 {name} はインストールされていますが、モジュールが読み込まれていません：Slicer を再起動するか、Extensions Manager で有効にしてください。</translation>
     </message>
     <message>
         <source>The extension {name} could not be installed: check the network connection, or install it in the Extensions Manager.</source>
-        <translation type="unfinished"></translation>
+        <translation>拡張機能 {name} をインストールできませんでした：ネットワーク接続を確認するか、Extensions Manager でインストールしてください。</translation>
     </message>
     <message>
         <source>{name} was installed. Slicer must be restarted before it can be used; data that were not saved are lost. Restart now?</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} がインストールされました。使用する前に Slicer の再起動が必要です。保存されていないデータは失われます。今すぐ再起動しますか？</translation>
     </message>
 </context>
 <context>
     <name>process.monai_auto3dseg</name>
     <message>
         <source>MONAIAuto3DSeg offers no model of bones: update the extension.</source>
-        <translation type="unfinished"></translation>
+        <translation>MONAIAuto3DSeg に骨のモデルがありません：拡張機能を更新してください。</translation>
     </message>
     <message>
         <source>computing</source>
-        <translation type="unfinished"></translation>
+        <translation>計算中</translation>
     </message>
     <message>
         <source>MONAIAuto3DSeg ended with the code {code}: see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>MONAIAuto3DSeg はコード {code} で終了しました：アプリケーションのログを確認してください。</translation>
     </message>
     <message>
         <source>MONAIAuto3DSeg&apos;s result could not be read: see the application&apos;s log.</source>
-        <translation type="unfinished"></translation>
+        <translation>MONAIAuto3DSeg の結果を読み込めませんでした：アプリケーションのログを確認してください。</translation>
     </message>
     <message>
         <source>reading the result</source>
-        <translation type="unfinished"></translation>
+        <translation>結果を読み込み中</translation>
     </message>
 </context>
 <context>
@@ -1849,11 +1859,11 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <name>process.segmentation_task</name>
     <message>
         <source>The segmentation was cancelled; nothing was changed.</source>
-        <translation type="unfinished"></translation>
+        <translation>セグメンテーションはキャンセルされました。何も変更されていません。</translation>
     </message>
     <message>
         <source>&apos;{name}&apos; was deleted while the CT was segmented: start the segmentation again.</source>
-        <translation type="unfinished"></translation>
+        <translation>CT のセグメント化中に「{name}」が削除されました：セグメンテーションをやり直してください。</translation>
     </message>
 </context>
 <context>
@@ -1920,6 +1930,17 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>Outline of {name}</source>
         <translation>{name} の輪郭</translation>
+    </message>
+</context>
+<context>
+    <name>scene.bone_models</name>
+    <message>
+        <source>Motion of {name}</source>
+        <translation>{name} の動き</translation>
+    </message>
+    <message>
+        <source>{name} in 3D</source>
+        <translation>{name}（3D）</translation>
     </message>
 </context>
 <context>
