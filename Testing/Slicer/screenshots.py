@@ -1,6 +1,8 @@
-"""Writes the README's screenshots: the panel, and genuine slice and 3D views of a registration run by the panel.
+"""Takes the documentation's screenshots in the application, while the panel itself registers a study.
 
-python Testing/Slicer/screenshots.py STUDY.json OUTPUT_FOLDER
+polypose simulate --sample pelvis --format nifti --output study
+Slicer --no-splash --additional-module-paths PolyPose \
+    --python-script Testing/Slicer/screenshots.py study/study.json OUTPUT_FOLDER
 """
 
 from __future__ import annotations
@@ -8,49 +10,46 @@ from __future__ import annotations
 import json
 import sys
 import time
+import traceback
 from pathlib import Path
 
 import numpy as np
-from slicer_case import REPOSITORY
-
-# isort: split
 import qt
 import slicer
-from harness import errors, layout, modules
 
-_SIZE = (340, 320)
+_WINDOW = (1600, 1080)
 _GAP = 4
-_PANEL_WIDTH, _FOOT_HEIGHT = 450, 130
+_TURN_DEG = 7
 
 
 def main(study: str, output: str) -> None:
     """Open the study, register it by the panel's own button, and take the pictures meanwhile."""
     folder = Path(output)
     folder.mkdir(parents=True, exist_ok=True)
-    manager = layout.install(_SIZE)
-    modules.load(REPOSITORY / "PolyPose" / "PolyPose.py")
-    module = slicer.modules.polypose
-    module.enter()
-    panel = module.panel().panel
-    ui = panel.ui
+    window = slicer.util.mainWindow()
+    window.showNormal()
+    window.resize(*_WINDOW)
+    for section in window.findChildren("ctkCollapsibleButton"):
+        if section.text == "Data Probe":
+            section.collapsed = True
+    slicer.util.selectModule("PolyPose")
+    panel = slicer.modules.PolyPoseWidget.panel
     from PolyPoseSlicer.study.reader import open_study
 
     open_study(study, panel.parameters, "totalsegmentator_v2")
-    panel.parameters.segmentation.CreateClosedSurfaceRepresentation()
-    ui.includedOnly.checked = True
-    ui.bonesOnly.checked = True
-    ui.xraysTable.selectRow(0)
-    _panel(ui, folder / "panel-inputs.png", ("inputsSection", "xraysSection"))
-    _landmarks(panel, manager, folder, Path(study))
-    _carm(panel, manager, folder)
+    slicer.app.layoutManager().threeDWidget(0).mrmlViewNode().SetBoxVisible(False)
+    panel.ui.bonesOnly.checked = True
+    panel.ui.includedOnly.checked = True
+    panel.ui.xraysTable.selectRow(0)
+    _panel(panel.ui, folder / "panel-inputs.png", "inputsSection", "xraysSection")
+    _landmarks(panel, folder, Path(study))
+    _carm(panel, folder)
     _register(panel, folder)
-    _review(panel, manager, folder)
-    print(f"live rendering: {1000 * panel.carm.seconds[-1]:.0f} ms; swallowed errors: {errors.take()}")
-    module.exit()
-    module.close()
+    _review(panel, folder)
+    _adjust(panel, folder)
 
 
-def _landmarks(panel, manager, folder: Path, study: Path) -> None:
+def _landmarks(panel, folder: Path, study: Path) -> None:
     """Pick landmarks of the anchor in the first view as a person would, one of them wrong, and find the second."""
     from PolyPoseSlicer.scene import landmark_lists
     from PolyPoseSlicer.study.camera_source import CameraSource
@@ -71,27 +70,19 @@ def _landmarks(panel, manager, folder: Path, study: Path) -> None:
     landmark_lists.fill(source.xray_landmarks, np.column_stack([pixels, np.zeros(len(pixels))]))
     _wait(lambda: panel.xrays.source.landmark_camera is not None)
     _wait(lambda: not panel.renderer.busy)
-    _panel(ui, folder / "panel-camera.png", ("cameraSection",))
-    for name in ("Red", "Yellow", "Green"):
-        manager.slices[name].fit()
-        manager.slices[name].node.JumpSliceByOffsetting(*(points[0] * [-1, -1, 1]))
-    pictures = [manager.slices["PolyPoseXray1"], manager.slices["Red"]]
-    _save(_tile([[_picture(each) for each in pictures] + [_three_d(manager)]]), folder / "landmarks.png")
+    _panel(ui, folder / "panel-camera.png", "cameraSection")
+    slicer.modules.markups.logic().JumpSlicesToLocation(*(points[0] * [-1, -1, 1]), False)
+    _tile(folder / "landmarks.png", [_slice("PolyPoseXray1"), _slice("Red"), _three_d()])
     ui.xraysTable.selectRow(1)
     ui.cameraSource.currentIndex = sources.index(CameraSource.SEARCH)
     ui.findCamera.click()
     _wait(lambda: not panel.cameras.running, 300)
-    print(ui.cameraStage.text, ui.foundCameraText.text)
-    _panel(ui, folder / "panel-found.png", ("cameraSection",))
-    ui.xraysTable.selectRow(0)
-    for row in (0, 1):
+    _panel(ui, folder / "panel-found.png", "cameraSection")
+    for row in (1, 0):
         ui.xraysTable.selectRow(row)
         ui.cameraSource.currentIndex = 0
-    ui.xraysTable.selectRow(0)
     for node in (source.ct_landmarks, source.xray_landmarks):
-        node.GetDisplayNode().SetVisibility(False)
         slicer.mrmlScene.RemoveNode(node)
-    ui.cameraSection.collapsed = True
 
 
 def _places_on_the_anchor(study: Path) -> np.ndarray:
@@ -114,19 +105,18 @@ def _project(camera: dict, points: np.ndarray) -> np.ndarray:
     return seen[:, :2] / seen[:, 2:]
 
 
-def _carm(panel, manager, folder: Path) -> None:
+def _carm(panel, folder: Path) -> None:
     ui = panel.ui
     ui.carmSection.collapsed = False
     ui.carmLive.checked = True
     _wait(lambda: panel.carm.seconds)
     count = len(panel.carm.seconds)
-    ui.carmSecondary.value = ui.carmSecondary.value + 7
+    ui.carmSecondary.value = ui.carmSecondary.value + _TURN_DEG
     _wait(lambda: len(panel.carm.seconds) > count)
-    _panel(ui, folder / "panel-carm.png", ("carmSection",))
-    _save(_tile([[_picture(manager.slices["PolyPoseXray1"]), _three_d(manager)]]), folder / "carm.png")
+    _panel(ui, folder / "panel-carm.png", "carmSection")
+    _tile(folder / "carm.png", [_slice("PolyPoseXray1"), _three_d()])
     ui.carmReset.click()
     ui.carmLive.checked = False
-    ui.carmSection.collapsed = True
 
 
 def _register(panel, folder: Path) -> None:
@@ -134,117 +124,133 @@ def _register(panel, folder: Path) -> None:
     ui.presetSelector.currentIndex = 1
     ui.registerButton.click()
     _wait(lambda: ui.progressBar.maximum > 1 and "similarity" in ui.stageLabel.text, 120)
-    _panel(ui, folder / "panel-register.png", ("registerSection",))
+    _panel(ui, folder / "panel-register.png", "registerSection")
     _wait(lambda: not panel.register.running, 500)
-    print(ui.messageLabel.text)
+    _wait(lambda: not panel.review.bones.busy)
 
 
-def _review(panel, manager, folder: Path) -> None:
+def _review(panel, folder: Path) -> None:
     ui, parameters = panel.ui, panel.parameters
-    parameters.outputSegmentation.CreateClosedSurfaceRepresentation()
-    _aim(manager, parameters)
-    _panel(ui, folder / "panel-review.png", ("reviewSection",))
+    femur = _segment(parameters.segmentation, "femur_left")
+    slicer.modules.markups.logic().JumpSlicesToLocation(
+        *parameters.segmentation.GetSegmentCenterRAS(femur), False
+    )
+    _panel(ui, folder / "panel-review.png", "reviewSection")
     ui.compareMode.currentIndex = 3
-    slices = [_picture(manager.slices[name]) for name in ("Red", "Yellow", "Green")]
-    xrays = [_picture(manager.slices[f"PolyPoseXray{number}"]) for number in (1, 2)]
-    _save(_tile([[*xrays, _three_d(manager)], slices]), folder / "overview.png")
+    _three_d()
+    _save(slicer.util.mainWindow().grab(), folder / "overview.png")
     ui.compareView.currentIndex = 1
     pictures = []
     for mode in (0, 1, 3, 5):
         ui.compareMode.currentIndex = mode
-        pictures.append(_picture(manager.slices["PolyPoseXray1"]))
-    _save(_tile([pictures]), folder / "compare.png")
-    green = manager.slices["Green"]
+        pictures.append(_slice("PolyPoseXray1"))
+    _tile(folder / "compare.png", pictures)
     ui.showGrid.checked = True
-    maps = [_picture(green)]
+    maps = [_slice("Green")]
     ui.showGrid.checked = False
     ui.showJacobian.checked = True
     _wait(lambda: not panel.review.maps.busy)
-    maps.append(_picture(green))
+    maps.append(_slice("Green"))
     ui.weightStructure.currentIndex = ui.weightStructure.findText("femur_left")
     _wait(lambda: not panel.review.maps.busy)
-    maps.append(_picture(green))
-    _save(_tile([maps]), folder / "maps.png")
+    maps.append(_slice("Green"))
+    _tile(folder / "maps.png", maps)
     ui.weightStructure.currentIndex = 0
     ui.showBefore.checked = True
     _wait(lambda: not panel.renderer.busy)
-    before = _picture(green)
+    before = [_slice("Green"), _three_d()]
     ui.showAfter.checked = True
-    _save(_tile([[before, _picture(green)]]), folder / "before-after.png")
+    _tile(folder / "before-after.png", [*before, _slice("Green"), _three_d()])
 
 
-def _aim(manager, parameters) -> None:
-    """Put the slices through the left femur's head."""
-    for name in ("Red", "Yellow", "Green"):
-        manager.slices[name].fit()
-    content = parameters.segmentation.GetSegmentation()
-    femur = next(
-        each for each in content.GetSegmentIDs() if content.GetSegment(each).GetName() == "femur_left"
-    )
-    center = parameters.segmentation.GetSegmentCenterRAS(femur)
-    for name in ("Red", "Yellow", "Green"):
-        node = manager.slices[name].node
-        node.JumpSliceByOffsetting(*center)
+def _adjust(panel, folder: Path) -> None:
+    """Turn the left femur by hand."""
+    import vtk
+
+    ui = panel.ui
+    ui.compareMode.currentIndex = 0
+    ui.reviewTabs.setCurrentIndex(ui.reviewTabs.indexOf(ui.adjustTab))
+    ui.adjustBone.setCurrentIndex(ui.adjustBone.findText("femur_left"))
+    ui.adjustToggle.checked = True
+    node = slicer.util.getFirstNodeByName("Adjustment of femur_left")
+    centre = node.GetCenterOfTransformation()
+    turn = vtk.vtkTransform()
+    turn.Translate(*centre)
+    turn.RotateY(_TURN_DEG)
+    turn.Translate(*(-each for each in centre))
+    node.SetMatrixTransformToParent(turn.GetMatrix())
+    _save(slicer.util.mainWindow().grab(), folder / "adjust.png")
+    ui.adjustToggle.checked = False
 
 
-def _picture(view) -> np.ndarray:
-    """What a view shows, (H, W, 3), first row on top."""
-    from vtk.util.numpy_support import vtk_to_numpy
-
-    image = view.image()
-    width, height, _depth = image.GetDimensions()
-    return vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1)[::-1, :, :3].copy()
+def _segment(segmentation, name: str) -> str:
+    return segmentation.GetSegmentation().GetSegmentIdBySegmentName(name)
 
 
-def _three_d(manager) -> np.ndarray:
-    view = manager.three_d["1"]
-    view.node.SetBoxVisible(False)
-    view.node.SetAxisLabelsVisible(False)
-    view.look_from((0.5, 0.85, 0.3))
-    view.renderer.GetActiveCamera().Zoom(1.5)
-    return _picture(view)
+def _slice(name: str) -> qt.QPixmap:
+    """What a slice view shows."""
+    _settle()
+    return slicer.app.layoutManager().sliceWidget(name).sliceView().grab()
 
 
-def _tile(rows: list[list[np.ndarray]]) -> np.ndarray:
-    """Pictures of one size beside and below each other."""
-    height, width = rows[0][0].shape[:2]
-    canvas = np.full(
-        (len(rows) * (height + _GAP) - _GAP, len(rows[0]) * (width + _GAP) - _GAP, 3), 255, np.uint8
-    )
-    for row, pictures in enumerate(rows):
-        for column, picture in enumerate(pictures):
-            top, left = row * (height + _GAP), column * (width + _GAP)
-            canvas[top : top + height, left : left + width] = picture
-    return canvas
+def _three_d() -> qt.QPixmap:
+    """What the 3D view shows, from the patient's left front, near enough to see the bones."""
+    widget = slicer.app.layoutManager().threeDWidget(0)
+    view = widget.threeDView()
+    view.rotateToViewAxis(3)
+    view.resetFocalPoint()
+    camera = view.cameraNode()
+    renderer = view.renderWindow().GetRenderers().GetFirstRenderer()
+    renderer.ResetCamera()
+    camera.GetCamera().Azimuth(-30)
+    camera.GetCamera().Elevation(15)
+    camera.GetCamera().OrthogonalizeViewUp()
+    camera.GetCamera().Zoom(1.8)
+    renderer.ResetCameraClippingRange()
+    _settle()
+    return view.grab()
 
 
-def _save(picture: np.ndarray, path: Path) -> None:
-    """Write a PNG of a palette of its own, which is small."""
-    from PIL import Image
-
-    Image.fromarray(picture).quantize(200, method=Image.Quantize.MEDIANCUT).save(path, optimize=True)
-
-
-def _panel(ui, path: Path, sections: tuple[str, ...]) -> None:
-    """Grab the panel with each of some sections open, side by side."""
-    form, pictures = ui.stepsArea.parentWidget(), []
-    form.show()
-    for name in sections:
-        getattr(ui, name).collapsed = False
-        for _round in range(3):  # until the layouts have settled
-            slicer.app.processEvents()
-            form.resize(_PANEL_WIDTH, ui.steps.sizeHint.height() + _FOOT_HEIGHT)
-        slicer.app.processEvents()
-        pictures.append(form.grab())
-    whole = qt.QPixmap(sum(each.width() for each in pictures), max(each.height() for each in pictures))
-    whole.fill(qt.QColor("#efefef"))
-    painter = qt.QPainter(whole)
-    left = 0
+def _tile(path: Path, pictures: list[qt.QPixmap]) -> None:
+    """Pictures beside each other."""
+    height = min(each.height() for each in pictures)
+    pictures = [each.scaledToHeight(height, qt.Qt.SmoothTransformation) for each in pictures]
+    width = sum(each.width() for each in pictures) + _GAP * (len(pictures) - 1)
+    whole = qt.QPixmap(width, height)
+    whole.fill(qt.QColor("white"))
+    painter, left = qt.QPainter(whole), 0
     for each in pictures:
         painter.drawPixmap(left, 0, each)
-        left += each.width()
+        left += each.width() + _GAP
     painter.end()
-    whole.save(str(path))
+    _save(whole, path)
+
+
+def _panel(ui, path: Path, *sections: str) -> None:
+    """The panel with each of some sections open, side by side."""
+    pictures = []
+    for name in sections:
+        getattr(ui, name).collapsed = False
+        _settle()
+        pictures.append(ui.stepsArea.parentWidget().grab())
+    _tile(path, pictures)
+
+
+def _save(picture: qt.QPixmap, path: Path) -> None:
+    """Write a PNG of few colours, which is small, where Pillow is at hand."""
+    picture.save(str(path))
+    try:
+        from PIL import Image
+    except ImportError:
+        return
+    Image.open(path).convert("RGB").quantize(200, method=Image.Quantize.MEDIANCUT).save(path, optimize=True)
+
+
+def _settle() -> None:
+    """Let layouts and views settle."""
+    for _round in range(10):
+        slicer.app.processEvents()
+        time.sleep(0.03)
 
 
 def _wait(condition, seconds: float = 60.0) -> None:
@@ -254,5 +260,15 @@ def _wait(condition, seconds: float = 60.0) -> None:
         time.sleep(0.01)
 
 
+def _run() -> None:
+    status = 0
+    try:
+        main(*sys.argv[1:3])
+    except BaseException:
+        traceback.print_exc()
+        status = 1
+    slicer.util.exit(status)
+
+
 if __name__ == "__main__":
-    main(*sys.argv[1:3])
+    qt.QTimer.singleShot(3000, _run)

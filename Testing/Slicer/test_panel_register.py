@@ -42,7 +42,7 @@ class RegisterTest(PanelCase):
         return self.ui.registerButton.text
 
     def end(self) -> None:
-        self.wait(lambda: not self.panel.register.running)
+        self.wait(lambda: not self.panel.register.running and not self.panel.review.bones.busy)
 
     def test_progress_curve_and_result(self) -> None:
         flag = self.folder / "go"

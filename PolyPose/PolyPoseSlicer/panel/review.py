@@ -110,8 +110,13 @@ class ReviewPart:
     def result_came(self, nodes: Any) -> None:
         """A registration has ended: show what it found."""
         self.report_png = nodes.report
-        self._ui.showAfter.checked = True
+        self._choose_after()
         self.enter_layout()
+
+    def _choose_after(self) -> None:
+        """Choose the posture of the X-rays, without drawing what `show_layout` draws next."""
+        set_checked(self._ui.showAfter, True)
+        self._after = True
 
     def _result_goes(self) -> None:
         """Another result takes the place of this one: nothing may lie under its transform, or show its maps."""
@@ -122,9 +127,12 @@ class ReviewPart:
         """Show the result that is there now; the pictures of the inputs where there is none."""
         self.report_png = None
         there = self._parameters is not None and self._parameters.outputTransform is not None
-        if there:
-            self._ui.showAfter.checked = True
         self._fitted = None
+        if there and not layouts.shown():
+            self._ui.showAfter.checked = True
+            return
+        if there:
+            self._choose_after()
         if layouts.shown():
             self.show_layout()
 
