@@ -17,7 +17,7 @@ import numpy as np
 import qt
 import slicer
 
-_WINDOW = (1600, 1080)
+_WINDOW = (1760, 1080)
 _GAP = 4
 _TURN_DEG = 7
 
@@ -37,7 +37,9 @@ def main(study: str, output: str) -> None:
     from PolyPoseSlicer.study.reader import open_study
 
     open_study(study, panel.parameters, "totalsegmentator_v2")
-    slicer.app.layoutManager().threeDWidget(0).mrmlViewNode().SetBoxVisible(False)
+    view = slicer.app.layoutManager().threeDWidget(0).mrmlViewNode()
+    view.SetBoxVisible(False)
+    view.SetAxisLabelsVisible(False)
     panel.ui.bonesOnly.checked = True
     panel.ui.includedOnly.checked = True
     panel.ui.xraysTable.selectRow(0)

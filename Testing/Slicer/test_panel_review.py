@@ -16,6 +16,7 @@ import vtk
 from panel_case import PanelCase
 from PolyPoseSlicer.scene import deformation, layouts, xray_views
 from PolyPoseSlicer.scene.compare import Mode, compared, edges_of, normalized, resized, shrunk
+from PolyPoseSlicer.scene.frames import from_vtk, to_vtk
 from PolyPoseSlicer.scene.grid_transform import set_grid_transform
 from PolyPoseSlicer.study.result_origin import remember_segments
 from slicer_case import INSIDE_SLICER, SlicerTestCase
@@ -162,6 +163,38 @@ class ReviewTest(PanelCase):
         before = logic.GetSliceNode().GetSliceToRAS().GetElement(0, 0)
         self.ui.fromDetector.checked = not self.ui.fromDetector.checked
         self.assertAlmostEqual(logic.GetSliceNode().GetSliceToRAS().GetElement(0, 0), -before)
+
+    def away(self, number: int) -> float:
+        """Millimetres between a view's slice and its image."""
+        shown = from_vtk(xray_views.slice_logic(number).GetSliceNode().GetSliceToRAS())
+        plane = xray_views.plane_of(number, self.pictures.items[number].xray.shape[1])
+        normal = np.cross(plane[:3, 0], plane[:3, 1])
+        return abs(float((plane[:3, 3] - shown[:3, 3]) @ (normal / np.linalg.norm(normal))))
+
+    def test_xrays_stay_in_their_views_whatever_moves_all_slices(self) -> None:
+        """Jumps and the slider leave a view on its image; panning and zooming are kept."""
+        for number in range(2):
+            view = xray_views.slice_logic(number).GetSliceNode()
+            view.JumpAllSlices(10.0, 20.0, 30.0)
+            self.assertLess(self.away(number), 1e-3)
+            view.JumpSliceByCentering(-40.0, 5.0, 8.0)
+            self.assertLess(self.away(number), 1e-3)
+            view.SetSliceOffset(view.GetSliceOffset() + 50.0)
+            self.assertLess(self.away(number), 1e-3)
+            self.pictures.aim()
+            self.assertLess(self.away(number), 1e-3)
+            field = view.GetFieldOfView()
+            view.SetFieldOfView(field[0] / 2, field[1] / 2, field[2])
+            shown = from_vtk(view.GetSliceToRAS())
+            shown[:3, 3] += 7.0 * shown[:3, 0]
+            view.GetSliceToRAS().DeepCopy(to_vtk(shown))
+            view.UpdateMatrices()
+            np.testing.assert_allclose(from_vtk(view.GetSliceToRAS()), shown, atol=1e-3)
+            self.assertAlmostEqual(view.GetFieldOfView()[0], field[0] / 2)
+        self.pictures.clear()
+        offset = view.GetSliceOffset()
+        view.SetSliceOffset(offset + 50.0)
+        self.assertAlmostEqual(view.GetSliceOffset(), offset + 50.0, msg="the view is still followed")
 
     def test_grid_and_arrows_exclude_each_other(self) -> None:
         self.ui.showGrid.checked = True

@@ -16,6 +16,7 @@ from ..scene.cameras import camera_of
 from ..scene.carm_placement import Placement
 from ..scene.compare import Mode, compared, shrunk
 from ..scene.frames import flip_affine, from_vtk
+from ..scene.plane_keeper import PlaneKeeper
 from ..scene.xray_views import XrayPicture
 from ..study.results import OutputNodes
 from ..study.xray_reading import XrayReport
@@ -38,6 +39,7 @@ class Pictures:
         self.from_detector = True
         self.before = False
         self._phase = False
+        self._keeper = PlaneKeeper()
 
     def set(self, items: list[XrayPicture], keep: bool = True) -> None:
         """Set the views; the comparison that was chosen for a view stays with its number."""
@@ -63,6 +65,7 @@ class Pictures:
 
     def clear(self) -> None:
         """Forget all views and take them out of the scene."""
+        self._keeper.release()
         self.items, self.mode, self.amount = [], [], []
         xray_views.remove_all()
 
@@ -85,6 +88,7 @@ class Pictures:
         """Let the layout's views show the pictures."""
         for number, picture in enumerate(self.items):
             xray_views.aim_view(number, picture, self.from_detector)
+            self._keeper.keep(number, picture)
 
     def view_sizes(self) -> list[tuple[int, int] | None]:
         """Pixels across and down of each picture's view in the layout; None where it has none."""
