@@ -12,7 +12,8 @@ import slicer
 from panel_case import PanelCase
 from PolyPoseSlicer import self_test
 from PolyPoseSlicer.calls import start_refinement
-from PolyPoseSlicer.scene.frames import flip_map, to_vtk
+from PolyPoseSlicer.scene import layouts
+from PolyPoseSlicer.scene.frames import flip_map, from_vtk, to_vtk
 from PolyPoseSlicer.scene.motions import motions_of
 from PolyPoseSlicer.study import parameters
 from PolyPoseSlicer.study.refinement import with_found_cameras
@@ -78,6 +79,21 @@ class AdjustmentTest(PanelCase):
         handles = self.panel.adjustment._handles["femur"].transform.GetDisplayNode()
         self.assertTrue(handles.GetEditorVisibility())
         self.assertFalse(handles.GetEditorScalingEnabled(), "a bone was offered to be scaled")
+
+    def test_slices_and_3d_show_the_bone_that_is_to_be_moved(self) -> None:
+        self.ui.adjustToggle.checked = True
+        bounds = [0.0] * 6
+        self.panel.adjustment._handles["femur"].model.GetRASBounds(bounds)
+        centre = np.array(bounds).reshape(3, 2).mean(axis=1)
+        for composite in layouts.anatomy_views():
+            logic = slicer.app.applicationLogic().GetSliceLogicByLayoutName(composite.GetLayoutName())
+            if logic is None:
+                continue
+            matrix = from_vtk(logic.GetSliceNode().GetSliceToRAS())
+            self.assertLess(abs((centre - matrix[:3, 3]) @ matrix[:3, 2]), 2.0)
+        cameras = slicer.util.getNodesByClass("vtkMRMLCameraNode")
+        camera = next(each for each in cameras if each.GetLayoutName() == layouts.THREE_D_VIEW)
+        np.testing.assert_allclose(camera.GetFocalPoint(), centre, atol=1e-6)
 
     def test_hidden_handles_leave_nothing_in_the_views_and_forget_nothing(self) -> None:
         self.ui.adjustToggle.checked = True

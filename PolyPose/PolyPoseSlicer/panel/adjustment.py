@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from slicer.i18n import tr as _
 
+from ..scene import fitting
 from ..scene.bone_handles import BoneHandles, surface_of
 from ..scene.motions import motions_of
 from ..study.parameters import PolyPoseParameterNode, structures_of
@@ -132,6 +133,7 @@ class AdjustmentPart:
                 other.show(pictures, handles=each == name)
             else:
                 other.hide()
+        fitting.look_at(handles.model)
 
     def _new_handles(self, name: str) -> BoneHandles | None:
         parameters = self._parameters

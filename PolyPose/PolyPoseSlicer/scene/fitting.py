@@ -11,6 +11,8 @@ from . import layouts
 from .xray_views import carm_nodes
 
 _MARGIN = 1.05
+_SURROUNDINGS = 1.6
+"""How much more than a node is seen around it."""
 
 
 def show_volume(
@@ -32,9 +34,23 @@ def fit_slices() -> None:
 def fit_3d(*nodes: slicer.vtkMRMLDisplayableNode | None) -> None:
     """Let the layout's 3D view show nodes and the C-arms whole, from the side that it is seen from."""
     box = _box([*(each for each in nodes if each is not None), *carm_nodes()])
+    if box is not None:
+        _look_at(box.mean(axis=0), float(np.linalg.norm(box[1] - box[0])) / 2)
+
+
+def look_at(node: slicer.vtkMRMLDisplayableNode) -> None:
+    """Put the slices of the anatomy through the middle of a node, and the layout's 3D view near it."""
+    box = _box([node])
     if box is None:
         return
-    centre, radius = box.mean(axis=0), float(np.linalg.norm(box[1] - box[0])) / 2
+    centre = box.mean(axis=0)
+    for logic in _slice_logics():
+        logic.GetSliceNode().JumpSliceByOffsetting(*centre)
+    _look_at(centre, _SURROUNDINGS * float(np.linalg.norm(box[1] - box[0])) / 2)
+
+
+def _look_at(centre: np.ndarray, radius: float) -> None:
+    """Let the layout's 3D view show a ball, RAS mm, from the side that it is seen from."""
     for node in slicer.util.getNodesByClass("vtkMRMLCameraNode"):
         if node.GetLayoutName() != layouts.THREE_D_VIEW:
             continue
