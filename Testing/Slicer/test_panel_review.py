@@ -176,12 +176,13 @@ class ReviewTest(PanelCase):
         for number in range(2):
             view = xray_views.slice_logic(number).GetSliceNode()
             view.JumpAllSlices(10.0, 20.0, 30.0)
-            self.assertLess(self.away(number), 1e-3)
+            self.wait(lambda number=number: self.away(number) < 1e-3)
             view.JumpSliceByCentering(-40.0, 5.0, 8.0)
-            self.assertLess(self.away(number), 1e-3)
+            self.wait(lambda number=number: self.away(number) < 1e-3)
             view.SetSliceOffset(view.GetSliceOffset() + 50.0)
-            self.assertLess(self.away(number), 1e-3)
+            self.wait(lambda number=number: self.away(number) < 1e-3)
             self.pictures.aim()
+            slicer.app.processEvents()
             self.assertLess(self.away(number), 1e-3)
             field = view.GetFieldOfView()
             view.SetFieldOfView(field[0] / 2, field[1] / 2, field[2])
@@ -189,11 +190,13 @@ class ReviewTest(PanelCase):
             shown[:3, 3] += 7.0 * shown[:3, 0]
             view.GetSliceToRAS().DeepCopy(to_vtk(shown))
             view.UpdateMatrices()
+            slicer.app.processEvents()
             np.testing.assert_allclose(from_vtk(view.GetSliceToRAS()), shown, atol=1e-3)
             self.assertAlmostEqual(view.GetFieldOfView()[0], field[0] / 2)
         self.pictures.clear()
         offset = view.GetSliceOffset()
         view.SetSliceOffset(offset + 50.0)
+        slicer.app.processEvents()
         self.assertAlmostEqual(view.GetSliceOffset(), offset + 50.0, msg="the view is still followed")
 
     def test_grid_and_arrows_exclude_each_other(self) -> None:

@@ -16,10 +16,10 @@ from ..scene.cameras import camera_of
 from ..scene.carm_placement import Placement
 from ..scene.compare import Mode, compared, shrunk
 from ..scene.frames import flip_affine, from_vtk
-from ..scene.plane_keeper import PlaneKeeper
 from ..scene.xray_views import XrayPicture
 from ..study.results import OutputNodes
 from ..study.xray_reading import XrayReport
+from .plane_keeper import PlaneKeeper
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.xray import Xray

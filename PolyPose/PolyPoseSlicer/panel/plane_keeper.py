@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import qt
 import slicer
 import vtk
 
-from .frames import from_vtk, to_vtk
-from .xray_views import XrayPicture, plane_of, slice_logic
+from ..scene.frames import from_vtk, to_vtk
+from ..scene.xray_views import XrayPicture, plane_of, slice_logic
 
 _TOLERANCE_MM = 1e-3
 
@@ -24,7 +25,11 @@ class PlaneKeeper:
     def __init__(self) -> None:
         """Follow no view yet."""
         self._kept: dict[Any, tuple[int, int, int]] = {}
-        self._returning = False
+        # Later: what draws a view ignores changes of its slice that come while it takes one in.
+        self._later = qt.QTimer()
+        self._later.setSingleShot(True)
+        self._later.interval = 0
+        self._later.connect("timeout()", self._return_all)
 
     def keep(self, number: int, picture: XrayPicture) -> None:
         """Keep a view on its picture, which may be moved or drawn anew later."""
@@ -32,38 +37,42 @@ class PlaneKeeper:
         if logic is None:
             return
         node = logic.GetSliceNode()
-        tag = (
-            self._kept[node][2]
-            if node in self._kept
-            else node.AddObserver(vtk.vtkCommand.ModifiedEvent, self._modified)
-        )
+        if node in self._kept:
+            tag = self._kept[node][2]
+        else:
+            tag = node.AddObserver(vtk.vtkCommand.ModifiedEvent, self._modified)
         self._kept[node] = (number, picture.xray.shape[1], tag)
 
     def release(self) -> None:
         """Follow no view any more."""
+        self._later.stop()
         for node, (_number, _width, tag) in self._kept.items():
             node.RemoveObserver(tag)
         self._kept.clear()
 
     def _modified(self, node: slicer.vtkMRMLSliceNode, _event: str) -> None:
-        """Put a slice that has left its image back onto it."""
-        if self._returning or node not in self._kept:
-            return
+        if node in self._kept and self._way_back(node) is not None:
+            self._later.start()
+
+    def _return_all(self) -> None:
+        """Put slices that have left their images back onto them."""
+        for node in list(self._kept):
+            back = self._way_back(node)
+            if back is not None:
+                shown = from_vtk(node.GetSliceToRAS())
+                shown[:3, 3] += back
+                node.GetSliceToRAS().DeepCopy(to_vtk(shown))
+                node.UpdateMatrices()
+
+    def _way_back(self, node: slicer.vtkMRMLSliceNode) -> np.ndarray | None:
+        """From a slice to its image, (3,) RAS mm; None where it lies there, or is being aimed."""
         number, width, _tag = self._kept[node]
         plane = plane_of(number, width)
         if plane is None:
-            return
+            return None
         shown = from_vtk(node.GetSliceToRAS())
         normal = np.cross(plane[:3, 0], plane[:3, 1])
         normal /= np.linalg.norm(normal)
         parallel = abs(shown[:3, 2] @ normal) > 1 - 1e-6
         away = float((plane[:3, 3] - shown[:3, 3]) @ normal)
-        if not parallel or abs(away) < _TOLERANCE_MM:
-            return  # it is being aimed, or lies on its image
-        shown[:3, 3] += away * normal
-        self._returning = True
-        try:
-            node.GetSliceToRAS().DeepCopy(to_vtk(shown))
-            node.UpdateMatrices()
-        finally:
-            self._returning = False
+        return away * normal if parallel and abs(away) > _TOLERANCE_MM else None
