@@ -92,24 +92,40 @@ class PanelCase(SlicerTestCase):
         """Open the module."""
         if INSIDE_SLICER:
             slicer.util.selectModule("PolyPose")
-            self.host = slicer.modules.PolyPoseWidget
         else:
             self.module.enter()
-            self.host = self.module.panel()
+        self._found()
+
+    def _found(self) -> None:
+        self.host = slicer.modules.PolyPoseWidget
         self.panel = self.host.panel
         self.ui = self.panel.ui
 
     def close(self) -> None:
         """Unload the panel."""
-        host = self.host
         if INSIDE_SLICER:
             slicer.util.selectModule("Data")
-            host.cleanup()
-            self.left = list(host.Observations)
-            host.setup()  # the application keeps the panel
+            self.renew()  # the application keeps the panel
         else:
+            host = self.host
             self.module.close()
             self.left = list(host.Observations)
+
+    def renew(self) -> None:
+        """Put a new panel in the place of the present one, as Slicer's own reload does."""
+        host = self.host
+        host.cleanup()
+        self.left = list(host.Observations)
+        if INSIDE_SLICER:
+            slicer.app.moduleManager().disconnect(
+                "moduleAboutToBeUnloaded(QString)", host._onModuleAboutToBeUnloaded
+            )
+            while host.layout.count():
+                widget = host.layout.takeAt(0).widget()
+                if widget is not None:
+                    widget.delete()
+        self.module.widgetRepresentation().reload()
+        self._found()
 
     def wait(self, condition: Callable[[], Any], seconds: float = 30.0) -> None:
         """Let the event loop run until a condition holds."""

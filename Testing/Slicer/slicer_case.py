@@ -25,7 +25,15 @@ def _inside_slicer() -> bool:
 INSIDE_SLICER = _inside_slicer()
 for _folder in ("", "PolyPose", "Testing"):
     sys.path.insert(0, str(REPOSITORY / _folder))
-if not INSIDE_SLICER:
+from harness import errors
+
+if INSIDE_SLICER:
+    import vtk
+
+    # The application's own window hands VTK's errors to its log and tells no observer of them.
+    vtk.vtkOutputWindow.SetInstance(vtk.vtkOutputWindow())
+    errors.install()
+else:
     import harness
 
     # The folder Base/Python of Slicer's source: the module then runs on Slicer's own classes.
@@ -50,9 +58,5 @@ class SlicerTestCase(unittest.TestCase):
 
     @staticmethod
     def _take_errors() -> list[str]:
-        """What slots and observers raised; the application itself can only be asked by reading its log."""
-        if INSIDE_SLICER:
-            return []
-        from harness import errors
-
+        """What slots and observers raised, and what VTK reported, since the last call."""
         return errors.take()

@@ -52,7 +52,8 @@ class ModuleTest(SlicerTestCase):
         first, second = self.logic().getParameterNode(), self.logic().getParameterNode()
         first.anchor = "pelvis"
         self.assertEqual(second.anchor, "pelvis")
-        self.assertEqual(slicer.mrmlScene.GetNumberOfNodesByClass("vtkMRMLScriptedModuleNode"), 1)
+        nodes = slicer.util.getNodesByClass("vtkMRMLScriptedModuleNode")
+        self.assertEqual([each.GetAttribute("ModuleName") for each in nodes].count("PolyPose"), 1)
 
     def test_what_is_missing_is_said_until_nothing_is(self) -> None:
         logic = self.logic()
