@@ -194,6 +194,7 @@ class FindTest(CamerasCase):
         self.assertEqual(self.ui.rigName.text, "")
 
     def test_calibration_and_rig_show_where_they_serve(self) -> None:
+        self.panel.steps.open("cameraSection")  # a closed section hides what is in it
         for source, shown in (
             (CameraSource.AUTO, True),
             (CameraSource.LANDMARKS, False),
