@@ -234,6 +234,15 @@ class ListsTest(LandmarksCase):
         for _ in range(3):
             slicer.app.processEvents()
 
+    def test_lists_are_chosen_at_once_in_a_scene_that_follows_another(self) -> None:
+        self.give()
+        names = [node.GetID() for node in (self.source().ct_landmarks, self.source().xray_landmarks)]
+        slicer.mrmlScene.Clear()
+        self.begin()
+        self.give()
+        lists = [self.source().ct_landmarks, self.source().xray_landmarks]
+        self.assertEqual([node and node.GetID() for node in lists], names, "IDs begin anew")
+
     def test_a_saved_scene_comes_back(self) -> None:
         self.give()
         expected = self.shown()
