@@ -46,6 +46,14 @@ def emit(signal: Any, *arguments: Any) -> None:
     (signal.emit if hasattr(signal, "emit") else signal)(*arguments)
 
 
+def application_signal(name: str) -> None:
+    """Emit a signal of the application that has no arguments."""
+    if INSIDE_SLICER:
+        emit(getattr(slicer.app, name))
+    else:
+        slicer.app.emit(f"{name}()")
+
+
 def choose_node(selector: Any, node: Any) -> None:
     """Choose a node, or none, as a user does."""
     selector.setCurrentNode(node)
@@ -96,6 +104,13 @@ class PanelCase(SlicerTestCase):
             self.module.enter()
         self._found()
 
+    def leave(self) -> None:
+        """Open another module."""
+        if INSIDE_SLICER:
+            slicer.util.selectModule("Data")
+        else:
+            self.module.exit()
+
     def _found(self) -> None:
         self.host = slicer.modules.PolyPoseWidget
         self.panel = self.host.panel
@@ -104,7 +119,7 @@ class PanelCase(SlicerTestCase):
     def close(self) -> None:
         """Unload the panel."""
         if INSIDE_SLICER:
-            slicer.util.selectModule("Data")
+            self.leave()
             self.renew()  # the application keeps the panel
         else:
             host = self.host

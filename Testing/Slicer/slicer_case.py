@@ -25,10 +25,9 @@ def _inside_slicer() -> bool:
 INSIDE_SLICER = _inside_slicer()
 for _folder in ("", "PolyPose", "Testing"):
     sys.path.insert(0, str(REPOSITORY / _folder))
-from harness import errors
-
 if INSIDE_SLICER:
     import vtk
+    from harness import errors
 
     # The application's own window hands VTK's errors to its log and tells no observer of them.
     vtk.vtkOutputWindow.SetInstance(vtk.vtkOutputWindow())
@@ -59,4 +58,6 @@ class SlicerTestCase(unittest.TestCase):
     @staticmethod
     def _take_errors() -> list[str]:
         """What slots and observers raised, and what VTK reported, since the last call."""
+        from harness import errors
+
         return errors.take()
