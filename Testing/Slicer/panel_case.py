@@ -99,6 +99,9 @@ class PanelCase(SlicerTestCase):
     def open(self) -> None:
         """Open the module."""
         if INSIDE_SLICER:
+            self.module.widgetRepresentation()
+            if slicer.modules.PolyPoseWidget.panel is None:
+                self._reload(slicer.modules.PolyPoseWidget)
             slicer.util.selectModule("PolyPose")
         else:
             self.module.enter()
@@ -111,26 +114,30 @@ class PanelCase(SlicerTestCase):
         else:
             self.module.exit()
 
+    def close(self) -> None:
+        """Unload the panel; the application itself does so at its end only."""
+        host = self.host
+        if INSIDE_SLICER:
+            self.leave()
+            host.cleanup()
+        else:
+            self.module.close()
+        self.left = list(host.Observations)
+
+    def renew(self) -> None:
+        """Put a new panel in the place of the present one, as Slicer's reload does."""
+        self.host.cleanup()
+        self.left = list(self.host.Observations)
+        self._reload(self.host)
+        self._found()
+
     def _found(self) -> None:
         self.host = slicer.modules.PolyPoseWidget
         self.panel = self.host.panel
         self.ui = self.panel.ui
 
-    def close(self) -> None:
-        """Unload the panel."""
-        if INSIDE_SLICER:
-            self.leave()
-            self.renew()  # the application keeps the panel
-        else:
-            host = self.host
-            self.module.close()
-            self.left = list(host.Observations)
-
-    def renew(self) -> None:
-        """Put a new panel in the place of the present one, as Slicer's own reload does."""
-        host = self.host
-        host.cleanup()
-        self.left = list(host.Observations)
+    def _reload(self, host: Any) -> None:
+        """Make a new panel; Slicer itself only hides the old form, and a test need not keep them all."""
         if INSIDE_SLICER:
             slicer.app.moduleManager().disconnect(
                 "moduleAboutToBeUnloaded(QString)", host._onModuleAboutToBeUnloaded
@@ -140,7 +147,6 @@ class PanelCase(SlicerTestCase):
                 if widget is not None:
                     widget.delete()
         self.module.widgetRepresentation().reload()
-        self._found()
 
     def wait(self, condition: Callable[[], Any], seconds: float = 30.0) -> None:
         """Let the event loop run until a condition holds."""
