@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import shutil
@@ -26,12 +27,16 @@ INSIDE_SLICER = _inside_slicer()
 for _folder in ("", "PolyPose", "Testing"):
     sys.path.insert(0, str(REPOSITORY / _folder))
 if INSIDE_SLICER:
+    import slicer
     import vtk
     from harness import errors
 
     # The application's own window hands VTK's errors to its log and tells no observer of them.
     vtk.vtkOutputWindow.SetInstance(vtk.vtkOutputWindow())
     errors.install()
+    # A folder of its own: tests look for what was left in it, and all applications of a user share the usual one.
+    slicer.app.temporaryPath = tempfile.mkdtemp(prefix="polypose-temporary-")
+    atexit.register(shutil.rmtree, slicer.app.temporaryPath, ignore_errors=True)
 else:
     import harness
 

@@ -116,6 +116,7 @@ class LiveTest(LandmarksCase):
 
     def test_the_image_moves_with_the_camera_and_stays_zoomed(self) -> None:
         self.panel._show_views()
+        slicer.app.processEvents()  # the application sizes a new view only now
         view = slicer.app.applicationLogic().GetSliceLogicByLayoutName(xray_views.view_name(0)).GetSliceNode()
         across, down, deep = view.GetFieldOfView()
         view.SetFieldOfView(across / 3, down / 3, deep)
