@@ -21,10 +21,12 @@ class ShownView(SliceView):
     """A slice view of the application's window, with the mouse of the harness's."""
 
     def __init__(self, name: str) -> None:
-        slicer.app.processEvents()
         widget = views().sliceWidget(name)
         self.node, self.logic = widget.mrmlSliceNode(), widget.sliceLogic()
         self.window, self.interactor = widget.sliceView().renderWindow(), widget.sliceView().interactor()
+        for _ in range(5):  # a new view finds its size step by step
+            slicer.app.processEvents()
+            self.window.Render()
 
     def image(self) -> None:
         self.window.Render()
