@@ -32,6 +32,14 @@ def views() -> Any:
     return slicer.app.layoutManager()
 
 
+def lay_out() -> None:
+    """Let views that are new find their size, which takes the application several steps."""
+    for _ in range(5):
+        slicer.app.processEvents()
+        if INSIDE_SLICER:
+            slicer.util.forceRenderAllViews()
+
+
 def module() -> Any:
     """The module as the application has loaded it."""
     if not hasattr(slicer.modules, "polypose"):

@@ -8,7 +8,7 @@ import landmark_case
 import numpy as np
 import slicer
 from landmark_panel_case import LandmarksCase
-from panel_case import choose_node
+from panel_case import choose_node, lay_out
 from PolyPoseSlicer.scene import landmark_lists, pixel_frames, xray_views
 from PolyPoseSlicer.study import parameters
 from PolyPoseSlicer.study.camera_source import CameraSource
@@ -116,7 +116,7 @@ class LiveTest(LandmarksCase):
 
     def test_the_image_moves_with_the_camera_and_stays_zoomed(self) -> None:
         self.panel._show_views()
-        slicer.app.processEvents()  # the application sizes a new view only now
+        lay_out()
         view = slicer.app.applicationLogic().GetSliceLogicByLayoutName(xray_views.view_name(0)).GetSliceNode()
         across, down, deep = view.GetFieldOfView()
         view.SetFieldOfView(across / 3, down / 3, deep)

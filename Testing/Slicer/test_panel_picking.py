@@ -8,7 +8,7 @@ import landmark_case
 import numpy as np
 import slicer
 from landmark_panel_case import LandmarksCase
-from panel_case import INSIDE_SLICER, views
+from panel_case import INSIDE_SLICER, lay_out, views
 from PolyPoseSlicer.scene import xray_views
 from PolyPoseSlicer.study import parameters
 from PolyPoseSlicer.study.xray_source import XraySource
@@ -24,9 +24,7 @@ class ShownView(SliceView):
         widget = views().sliceWidget(name)
         self.node, self.logic = widget.mrmlSliceNode(), widget.sliceLogic()
         self.window, self.interactor = widget.sliceView().renderWindow(), widget.sliceView().interactor()
-        for _ in range(5):  # a new view finds its size step by step
-            slicer.app.processEvents()
-            self.window.Render()
+        lay_out()
 
     def image(self) -> None:
         self.window.Render()
