@@ -17,6 +17,10 @@ class LandmarksCase(PanelCase):
 
     def setUp(self) -> None:
         super().setUp()
+        self.begin()
+
+    def begin(self) -> None:
+        """Fill the scene."""
         self.fill(xrays=2)
         rng = np.random.default_rng(11)
         self.camera = landmark_case.random_camera(rng)

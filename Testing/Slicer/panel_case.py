@@ -32,6 +32,14 @@ def views() -> Any:
     return slicer.app.layoutManager()
 
 
+def lay_out() -> None:
+    """Let views that are new find their size, which takes the application several steps."""
+    for _ in range(5):
+        slicer.app.processEvents()
+        if INSIDE_SLICER:
+            slicer.util.forceRenderAllViews()
+
+
 def module() -> Any:
     """The module as the application has loaded it."""
     if not hasattr(slicer.modules, "polypose"):
@@ -44,6 +52,14 @@ def module() -> Any:
 def emit(signal: Any, *arguments: Any) -> None:
     """Emit a signal, as PythonQt or as PySide does."""
     (signal.emit if hasattr(signal, "emit") else signal)(*arguments)
+
+
+def application_signal(name: str) -> None:
+    """Emit a signal of the application that has no arguments."""
+    if INSIDE_SLICER:
+        emit(getattr(slicer.app, name))
+    else:
+        slicer.app.emit(f"{name}()")
 
 
 def choose_node(selector: Any, node: Any) -> None:
@@ -91,25 +107,54 @@ class PanelCase(SlicerTestCase):
     def open(self) -> None:
         """Open the module."""
         if INSIDE_SLICER:
+            self.module.widgetRepresentation()
+            if slicer.modules.PolyPoseWidget.panel is None:
+                self._reload(slicer.modules.PolyPoseWidget)
             slicer.util.selectModule("PolyPose")
-            self.host = slicer.modules.PolyPoseWidget
         else:
             self.module.enter()
-            self.host = self.module.panel()
+        self._found()
+
+    def leave(self) -> None:
+        """Open another module."""
+        if INSIDE_SLICER:
+            slicer.util.selectModule("Data")
+        else:
+            self.module.exit()
+
+    def close(self) -> None:
+        """Unload the panel; the application itself does so at its end only."""
+        host = self.host
+        if INSIDE_SLICER:
+            self.leave()
+            host.cleanup()
+        else:
+            self.module.close()
+        self.left = list(host.Observations)
+
+    def renew(self) -> None:
+        """Put a new panel in the place of the present one, as Slicer's reload does."""
+        self.host.cleanup()
+        self.left = list(self.host.Observations)
+        self._reload(self.host)
+        self._found()
+
+    def _found(self) -> None:
+        self.host = slicer.modules.PolyPoseWidget
         self.panel = self.host.panel
         self.ui = self.panel.ui
 
-    def close(self) -> None:
-        """Unload the panel."""
-        host = self.host
+    def _reload(self, host: Any) -> None:
+        """Make a new panel; Slicer itself only hides the old form, and a test need not keep them all."""
         if INSIDE_SLICER:
-            slicer.util.selectModule("Data")
-            host.cleanup()
-            self.left = list(host.Observations)
-            host.setup()  # the application keeps the panel
-        else:
-            self.module.close()
-            self.left = list(host.Observations)
+            slicer.app.moduleManager().disconnect(
+                "moduleAboutToBeUnloaded(QString)", host._onModuleAboutToBeUnloaded
+            )
+            while host.layout.count():
+                widget = host.layout.takeAt(0).widget()
+                if widget is not None:
+                    widget.delete()
+        self.module.widgetRepresentation().reload()
 
     def wait(self, condition: Callable[[], Any], seconds: float = 30.0) -> None:
         """Let the event loop run until a condition holds."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import shutil
@@ -25,7 +26,18 @@ def _inside_slicer() -> bool:
 INSIDE_SLICER = _inside_slicer()
 for _folder in ("", "PolyPose", "Testing"):
     sys.path.insert(0, str(REPOSITORY / _folder))
-if not INSIDE_SLICER:
+if INSIDE_SLICER:
+    import slicer
+    import vtk
+    from harness import errors
+
+    # The application's own window hands VTK's errors to its log and tells no observer of them.
+    vtk.vtkOutputWindow.SetInstance(vtk.vtkOutputWindow())
+    errors.install()
+    # A folder of its own: tests look for what was left in it, and all applications of a user share the usual one.
+    slicer.app.temporaryPath = tempfile.mkdtemp(prefix="polypose-temporary-")
+    atexit.register(shutil.rmtree, slicer.app.temporaryPath, ignore_errors=True)
+else:
     import harness
 
     # The folder Base/Python of Slicer's source: the module then runs on Slicer's own classes.
@@ -50,9 +62,7 @@ class SlicerTestCase(unittest.TestCase):
 
     @staticmethod
     def _take_errors() -> list[str]:
-        """What slots and observers raised; the application itself can only be asked by reading its log."""
-        if INSIDE_SLICER:
-            return []
+        """What slots and observers raised, and what VTK reported, since the last call."""
         from harness import errors
 
         return errors.take()

@@ -15,6 +15,7 @@ from panel_case import INSIDE_SLICER, type_into
 from PolyPoseSlicer import calls
 from PolyPoseSlicer.process import registration
 from PolyPoseSlicer.process.camera_run import found_in
+from PolyPoseSlicer.process.dependencies import has_torch
 from PolyPoseSlicer.scene.cameras import camera_of
 from PolyPoseSlicer.study import parameters
 from PolyPoseSlicer.study.camera_source import CameraSource
@@ -194,6 +195,7 @@ class FindTest(CamerasCase):
         self.assertEqual(self.ui.rigName.text, "")
 
     def test_calibration_and_rig_show_where_they_serve(self) -> None:
+        self.panel.steps.open("cameraSection")  # a closed section hides what is in it
         for source, shown in (
             (CameraSource.AUTO, True),
             (CameraSource.LANDMARKS, False),
@@ -324,7 +326,7 @@ class FoundCameraTest(CamerasCase):
 class CoreTest(CamerasCase):
     """The real child: PolyPoseLib itself, on landmarks, which take no rendering."""
 
-    @unittest.skipIf(INSIDE_SLICER, "needs PyTorch in PythonSlicer")
+    @unittest.skipIf(INSIDE_SLICER and not has_torch(), "needs PyTorch in PythonSlicer")
     def test_landmarks_of_the_scene_give_the_true_camera(self) -> None:
         rng = np.random.default_rng(8)
         camera = landmark_case.random_camera(rng)

@@ -33,9 +33,19 @@ class DropTest(PanelCase):
         self.addCleanup(mock.patch.stopall)
         self.hierarchy = slicer.vtkMRMLSubjectHierarchyNode.GetSubjectHierarchyNode(slicer.mrmlScene)
         self.top = self.hierarchy.GetSceneItemID()
+        # What the table refuses goes on to the main window, which takes every address.
+        window = self.ui.xraysTable.window()
+        self.addCleanup(window.setAcceptDrops, window.acceptDrops)
+        window.setAcceptDrops(False)
 
     def item(self, node: Any, parent: int | None = None) -> int:
-        return self.hierarchy.CreateItem(self.top if parent is None else parent, node)
+        """The node's item, which the application has made already."""
+        item = self.hierarchy.GetItemByDataNode(node)
+        if not item:
+            return self.hierarchy.CreateItem(self.top if parent is None else parent, node)
+        if parent is not None:
+            self.hierarchy.SetItemParent(item, parent)
+        return item
 
     def data(self, *dropped: int | str | Path) -> Any:
         urls = [

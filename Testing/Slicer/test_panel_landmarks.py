@@ -8,7 +8,7 @@ import landmark_case
 import numpy as np
 import slicer
 from landmark_panel_case import LandmarksCase
-from panel_case import choose_node
+from panel_case import choose_node, lay_out
 from PolyPoseSlicer.scene import landmark_lists, pixel_frames, xray_views
 from PolyPoseSlicer.study import parameters
 from PolyPoseSlicer.study.camera_source import CameraSource
@@ -116,6 +116,7 @@ class LiveTest(LandmarksCase):
 
     def test_the_image_moves_with_the_camera_and_stays_zoomed(self) -> None:
         self.panel._show_views()
+        lay_out()
         view = slicer.app.applicationLogic().GetSliceLogicByLayoutName(xray_views.view_name(0)).GetSliceNode()
         across, down, deep = view.GetFieldOfView()
         view.SetFieldOfView(across / 3, down / 3, deep)
@@ -233,6 +234,15 @@ class ListsTest(LandmarksCase):
         self.assertFalse(self.ui.ctPlace.enabled)
         for _ in range(3):
             slicer.app.processEvents()
+
+    def test_lists_are_chosen_at_once_in_a_scene_that_follows_another(self) -> None:
+        self.give()
+        names = [node.GetID() for node in (self.source().ct_landmarks, self.source().xray_landmarks)]
+        slicer.mrmlScene.Clear()
+        self.begin()
+        self.give()
+        lists = [self.source().ct_landmarks, self.source().xray_landmarks]
+        self.assertEqual([node and node.GetID() for node in lists], names, "IDs begin anew")
 
     def test_a_saved_scene_comes_back(self) -> None:
         self.give()

@@ -8,18 +8,36 @@ import landmark_case
 import numpy as np
 import slicer
 from landmark_panel_case import LandmarksCase
-from panel_case import INSIDE_SLICER, views
+from panel_case import INSIDE_SLICER, lay_out, views
 from PolyPoseSlicer.scene import xray_views
 from PolyPoseSlicer.study import parameters
 from PolyPoseSlicer.study.xray_source import XraySource
 
+# isort: split
+from harness.views import SliceView
 
-@unittest.skipIf(INSIDE_SLICER, "the views' windows are the harness's own")
+
+class ShownView(SliceView):
+    """A slice view of the application's window, with the mouse of the harness's."""
+
+    def __init__(self, name: str) -> None:
+        widget = views().sliceWidget(name)
+        self.node, self.logic = widget.mrmlSliceNode(), widget.sliceLogic()
+        self.window, self.interactor = widget.sliceView().renderWindow(), widget.sliceView().interactor()
+        lay_out()
+
+    def image(self) -> None:
+        self.window.Render()
+
+
 class PickTest(LandmarksCase):
     """Real clicks through Slicer's own interactor styles and displayable managers."""
 
-    def xray_view(self):
-        return views().slices[xray_views.view_name(0)]
+    def view(self, name: str) -> SliceView:
+        return ShownView(name) if INSIDE_SLICER else views().slices[name]
+
+    def xray_view(self) -> SliceView:
+        return self.view(xray_views.view_name(0))
 
     def place_of(self, view, world: np.ndarray) -> tuple[float, float]:
         """Where a slice view draws a point of RAS, in pixels from its lower left corner."""
@@ -62,7 +80,7 @@ class PickTest(LandmarksCase):
         self.panel._show_views()
         self.ui.ctPlace.click()
         node = self.source().ct_landmarks
-        view = views().slices["Red"]
+        view = self.view("Red")
         ras = landmark_case.CENTER * [-1, -1, 1]
         view.node.SetOrientation("Axial")
         view.fit()
@@ -76,7 +94,7 @@ class PickTest(LandmarksCase):
 
     def test_a_point_picked_in_another_view_is_told(self) -> None:
         self.ui.xrayPlace.click()
-        view = views().slices["Red"]
+        view = self.view("Red")
         view.fit()
         view.click(150, 120)
         self.settle()

@@ -13,7 +13,7 @@ from unittest import mock
 import scenes
 import segmenter_fakes as fakes
 import slicer
-from panel_case import PanelCase, module
+from panel_case import INSIDE_SLICER, PanelCase, application_signal
 from PolyPoseSlicer.process import extensions
 from PolyPoseSlicer.study.parameters import structures_of
 
@@ -155,9 +155,11 @@ class TotalSegmentatorTest(SegmentCase):
         self.assert_nothing_made()
 
     def test_a_closed_window_ends_it(self) -> None:
-        self.cancelled_by(lambda: slicer.app.emit("lastWindowClosed()"))
+        self.cancelled_by(lambda: application_signal("lastWindowClosed"))
         self.assert_nothing_made()
-        self.assertEqual(slicer.app.count("lastWindowClosed()"), 0)
+        self.assertFalse(
+            slicer.app.disconnect("lastWindowClosed()", self.panel.segment.close), "still connected"
+        )
 
     def test_failures_are_one_sentence(self) -> None:
         fakes.TotalSegmentatorLogic.refusal = "User cancelled."
@@ -186,12 +188,12 @@ class TotalSegmentatorTest(SegmentCase):
 
     def test_it_goes_on_while_another_module_is_open(self) -> None:
         fakes.TotalSegmentatorLogic.seconds = 1
-        self.later(lambda: "child" in self.said, module().exit)
+        self.later(lambda: "child" in self.said, self.leave)
         parameters = self.panel.parameters
         self.ui.segmentButton.click()
         self.assertIsNotNone(parameters.segmentation)
         self.assertEqual(structures_of(parameters), {})
-        module().enter()
+        self.open()
         self.assertEqual(self.panel.parameters.anchor, "pelvis")
 
     def test_without_a_ct_there_is_nothing_to_press(self) -> None:
@@ -283,10 +285,16 @@ class NoExtensionTest(SegmentCase):
             installExtensionFromServer=install,
         )
         model.__dict__.update(changes)
-        self._patch(mock.patch.object(slicer.app, "extensionsManagerModel", lambda: model, create=True))
-        self._patch(mock.patch.object(extensions, "is_testing", return_value=False))
         self.restart = mock.Mock()
-        self._patch(mock.patch.object(slicer.app, "confirmRestart", self.restart, create=True))
+        application = types.SimpleNamespace(extensionsManagerModel=lambda: model, confirmRestart=self.restart)
+        if INSIDE_SLICER and hasattr(slicer.app, "extensionsManagerModel"):  # a build may have none
+            real = slicer.app.extensionsManagerModel()
+            for owner, fake in ((slicer.app, application), (real, model)):
+                self.assertEqual([name for name in vars(fake) if not hasattr(owner, name)], [])
+        # Methods of Qt objects cannot be replaced in the application.
+        shown = types.SimpleNamespace(app=application, util=slicer.util, modules=slicer.modules)
+        self._patch(mock.patch.object(extensions, "slicer", shown))
+        self._patch(mock.patch.object(extensions, "is_testing", return_value=False))
         self.confirm = mock.Mock(return_value=True)
         self._patch(mock.patch.object(slicer.util, "confirmOkCancelDisplay", self.confirm))
         return model

@@ -70,6 +70,7 @@ class BannerTest(PanelCase):
         self.fill()
 
     def test_the_banner_follows_the_result(self) -> None:
+        self.panel.steps.open("reviewSection")  # a closed section hides what is in it
         banner = self.ui.verdictLabel
         self.assertTrue(banner.isHidden())
         self.assertIn("No result yet", self.ui.reviewState.text)

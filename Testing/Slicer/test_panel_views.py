@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import types
 import unittest
+from typing import Any
+from unittest import mock
 from xml.etree import ElementTree
 
 import numpy as np
@@ -145,6 +148,22 @@ class LayoutTest(PanelCase):
     def node(self) -> slicer.vtkMRMLLayoutNode:
         return slicer.app.layoutManager().layoutLogic().GetLayoutNode()
 
+    def window(self, width: int) -> Any:
+        """While this lasts, the window is so many pixels wide."""
+        manager = slicer.app.layoutManager()
+        sized = types.SimpleNamespace(
+            viewport=lambda: types.SimpleNamespace(width=width),
+            setLayout=manager.setLayout,
+            layoutLogic=manager.layoutLogic,
+        )
+        application = types.SimpleNamespace(layoutManager=lambda: sized)
+        return mock.patch.object(layouts, "slicer", types.SimpleNamespace(app=application))
+
+    def names(self) -> list[str]:
+        """Layout names of the views that the layout shows."""
+        nodes = slicer.app.layoutManager().layoutLogic().GetViewNodes()
+        return [nodes.GetItemAsObject(index).GetLayoutName() for index in range(nodes.GetNumberOfItems())]
+
     def forget(self) -> None:
         """As in an application that has not loaded the module yet."""
         for number in self.numbers():
@@ -171,20 +190,17 @@ class LayoutTest(PanelCase):
 
     def test_no_layout_widens_a_window_that_can_hold_two_slices(self) -> None:
         """Views side by side fit; each gets a share of the row, as a 3D view without one gets next to nothing."""
-        manager = slicer.app.layoutManager()
-        usual = manager.width
-        self.addCleanup(setattr, manager, "width", usual)
         for views in range(1, layouts.MOST_VIEWS + 1):
             for width in range(2 * layouts.SLICE_PX, 2400, 90):
-                manager.width = width
-                layouts.show(views)
+                with self.window(width):
+                    layouts.show(views)
                 root = ElementTree.fromstring(self.node().GetCurrentLayoutDescription())
                 self.assertEqual(len(list(root.iter("view"))), views + 4)
                 for item in root.iter("item"):
                     self.assertIn("splitSize", item.attrib)
                 self.assertLessEqual(least_width(root), width, (views, width))
-        manager.width = usual
-        layouts.show(2)
+        with self.window(1500):
+            layouts.show(2)
         self.assertNotIn('type="tab"', self.node().GetCurrentLayoutDescription())
 
     def test_the_curve_comes_and_goes_in_the_layout(self) -> None:
@@ -193,7 +209,7 @@ class LayoutTest(PanelCase):
         for on in (True, False, True):
             self.ui.showCurve.checked = on
             self.assertTrue(layouts.shown())
-            self.assertEqual(layouts.PLOT_VIEW in slicer.app.layoutManager().names(), on)
+            self.assertEqual(layouts.PLOT_VIEW in self.names(), on)
         slicer.app.layoutManager().setLayout(slicer.vtkMRMLLayoutNode.SlicerLayoutFourUpView)
         self.ui.showCurve.checked = False
         self.assertFalse(layouts.shown())
@@ -203,7 +219,8 @@ class LayoutTest(PanelCase):
             self.forget()
             self.node().SetViewArrangement(layouts.LAYOUT + 1)
             self.assertEqual(self.node().GetCurrentLayoutDescription(), "")
-            repair()
+            with self.window(1500):
+                repair()
             self.assertEqual(self.node().GetCurrentLayoutDescription(), layouts.Arrangement(2).description)
 
     def test_a_scene_that_was_saved_in_the_layout_opens_with_its_pictures(self) -> None:

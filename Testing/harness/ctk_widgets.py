@@ -13,6 +13,9 @@ from .stand_in import Signal, StandIn, stored
 
 _HEADER_HEIGHT = 26
 _ANY_HEIGHT = 16777215
+_EXPLICIT = QtCore.Qt.WA_WState_ExplicitShowHide
+_WANTED = "visibilityToParent"
+"""Property in which ctkCollapsibleButton keeps whether a child is to be seen when it is not collapsed."""
 
 
 class ctkCollapsibleButton(StandIn):
@@ -27,12 +30,45 @@ class ctkCollapsibleButton(StandIn):
 
     def __init__(self, parent: QtWidgets.QWidget | None = None) -> None:
         super().__init__(parent)
+        set_private(self, _forcing=False)
         self.setContentsMargins(0, _HEADER_HEIGHT, 0, 0)
 
     def property_changed(self, name: str) -> None:
         """A collapsed section is only its title."""
         self.setMaximumHeight(_HEADER_HEIGHT + self.collapsedHeight if self.collapsed else _ANY_HEIGHT)
         self.update()
+        if name == "collapsed":
+            self.hide_or_show()
+
+    def hide_or_show(self) -> None:
+        """Hide what is in the section while it is collapsed, and show afterwards what was not hidden by itself."""
+        for child in self.findChildren(QtWidgets.QWidget, options=QtCore.Qt.FindDirectChildrenOnly):
+            if child.property(_WANTED) is None:
+                hidden = child.testAttribute(_EXPLICIT) and child.isHidden()
+                child.setProperty(_WANTED, not hidden)
+                child.installEventFilter(self)
+            self._set_visible(child, not self.collapsed)
+
+    def eventFilter(self, child: Any, event: Any) -> bool:
+        """What is shown while the section is collapsed stays hidden until it is opened."""
+        kind = event.type()
+        if kind in (QtCore.QEvent.ShowToParent, QtCore.QEvent.HideToParent) and not self._forcing:
+            child.setProperty(_WANTED, kind == QtCore.QEvent.ShowToParent)
+            if self.collapsed and kind == QtCore.QEvent.ShowToParent:
+                self._set_visible(child, False)
+        return False
+
+    def showEvent(self, event: Any) -> None:
+        """Showing the section shows what is in it."""
+        super().showEvent(event)
+        self.hide_or_show()
+
+    def _set_visible(self, child: Any, visible: bool) -> None:
+        set_private(self, _forcing=True)
+        child.setVisible(visible and child.property(_WANTED))
+        if child.property(_WANTED):
+            child.setAttribute(_EXPLICIT, False)  # else Qt would not tell when somebody hides it
+        set_private(self, _forcing=False)
 
     def paintEvent(self, _event: Any) -> None:
         """Draw the title."""

@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ElementTree
 from PySide6 import QtCore, QtUiTools, QtWidgets
 
 from . import pythonqt
+from .ctk_widgets import ctkCollapsibleButton
 
 _substitutes: dict[str, type[QtWidgets.QWidget]] = {}
 
@@ -43,6 +44,8 @@ class QUiLoader(QtUiTools.QUiLoader):
             widget = super().load(buffer, parent)
         if widget is None:
             raise RuntimeError(f"Qt could not build the .ui file: {self.errorString()}")
+        for section in widget.findChildren(ctkCollapsibleButton):
+            section.hide_or_show()
         for sender, signal, receiver, slot in connections:
             target = _named(widget, receiver)
             method = slot.split("(")[0]

@@ -201,6 +201,7 @@ class Panel:
         self.use(None)
 
     def _scene_closed(self, *_ignored: Any) -> None:
+        self.choice.close()  # nodes that come next get the IDs of those that went
         if self._host.parent.isEntered:
             self.use(self.logic.getParameterNode())
 
