@@ -94,6 +94,7 @@ class StepsTest(PanelCase):
     def check_sections(self, form: Any, area: Any) -> None:
         for name in SECTIONS:
             getattr(self.ui, name).collapsed = False
+            self.ui.xrayDetails.collapsed = False
             emit(self.ui.stepsArea.verticalScrollBar().valueChanged, 0)
             slicer.app.processEvents()
             needed = self.ui.stepsArea.minimumWidth

@@ -32,6 +32,8 @@ class ctkCollapsibleButton(StandIn):
         super().__init__(parent)
         set_private(self, _forcing=False)
         self.setContentsMargins(0, _HEADER_HEIGHT, 0, 0)
+        # As CTK has it: without a policy of its own a section wants its preferred width.
+        self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Minimum, QtWidgets.QSizePolicy.Policy.Preferred)
 
     def property_changed(self, name: str) -> None:
         """A collapsed section is only its title."""
