@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import unittest
 
 import numpy as np
@@ -68,10 +69,16 @@ class BoneModelsTest(PanelCase):
         self.assertEqual(set(self.models()), {"pelvis", "femur"})
 
     def test_a_segmentation_that_goes_takes_its_bones_with_it(self) -> None:
-        self.ui.showBefore.checked = True
         slicer.mrmlScene.RemoveNode(self.segmentation)
+        self.wait(lambda: self.models() == {})
         self.ui.layoutButton.click()
+        slicer.app.processEvents()
         self.assertEqual(self.models(), {})
+
+    def test_other_structures_have_other_bones(self) -> None:
+        identifier = self.segmentation.GetSegmentation().GetSegmentIdBySegmentName("pelvis")
+        self.panel.parameters.structures = json.dumps({identifier: "pelvis"})
+        self.wait(lambda: not self.bones.busy and set(self.models()) == {"pelvis"})
 
     def test_they_are_neither_saved_nor_listed(self) -> None:
         for model in self.models().values():

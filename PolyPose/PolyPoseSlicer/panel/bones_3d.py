@@ -49,6 +49,11 @@ class Bones3DPart:
         elif not self.busy:
             self._place()
 
+    def follow(self, parameters: PolyPoseParameterNode) -> None:
+        """The parameter node changed: bones that are shown may be others now, or gone."""
+        if self._made_from is not None:
+            self.show(parameters, self._after)
+
     def clear(self) -> None:
         """Take the bones away."""
         self._timer.stop()

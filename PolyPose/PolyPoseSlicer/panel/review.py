@@ -91,6 +91,8 @@ class ReviewPart:
         self._ui.showAfter.enabled = parameters is not None and parameters.outputTransform is not None
         self._show_verdict(parameters)
         self.follow_cameras()
+        if parameters is not None:
+            self.bones.follow(parameters)
         if parameters is not None and layouts.shown() and self._fitted not in (None, self._subject()):
             self.show_layout()
 

@@ -10,7 +10,7 @@ import vtk
 from slicer.i18n import tr as _
 
 from .bone_handles import coarsened, surface_of
-from .frames import flip_map, to_vtk
+from .frames import flip_map, from_vtk, to_vtk
 from .names import free_name
 from .nodes import remove_with_display
 
@@ -47,7 +47,10 @@ class BoneModels:
         """Move bones by motions (4, 4) in LPS mm from the CT's posture; those without one are where the CT has them."""
         for name in self.names:
             _model, transform = self._nodes[name]
-            transform.SetMatrixTransformToParent(to_vtk(flip_map(motions.get(name, np.eye(4)))))
+            wanted, present = to_vtk(flip_map(motions.get(name, np.eye(4)))), vtk.vtkMatrix4x4()
+            transform.GetMatrixTransformToParent(present)
+            if not np.allclose(from_vtk(present), from_vtk(wanted), atol=1e-9):
+                transform.SetMatrixTransformToParent(wanted)
 
     def clear(self) -> None:
         """Take all of them out of the scene."""
