@@ -1,4 +1,4 @@
-"""Drag and drop onto the table of X-rays: items of the module Data, and image files of the desktop.
+"""Drag and drop onto the table of X-rays: image files of the desktop, and items of a tree of the data.
 
 Slicer's tree of the subject hierarchy gives one address per item (mrml://scene/subjecthierarchy/item?id=...), as its
 slice views take them; a file manager gives addresses of files. The DICOM browser gives no drags at all: its patients,
@@ -129,7 +129,7 @@ def _finish(event: Any, usable: bool) -> None:
 def _refusal(names: list[str]) -> str:
     """One sentence about what cannot be dropped, and what can."""
     can = _(
-        "drop loaded X-rays (a volume, a sequence, or a folder of them) from the module Data, or image files"
+        "drop image files, or loaded X-rays (a volume, a sequence, or a folder of them) from a tree of the data"
     )
     if not names:
         return _("Nothing here is an X-ray: {can}.").format(can=can)

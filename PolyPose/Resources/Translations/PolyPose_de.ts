@@ -128,10 +128,6 @@
         <translation>Das gewählte Röntgenbild aus der Tabelle nehmen; das Bild selbst bleibt.</translation>
     </message>
     <message>
-        <source>One row per X-ray: where its geometry comes from and how reliable it is. X-rays can be dropped here from the module Data, and image files from the desktop.</source>
-        <translation>Eine Zeile je Röntgenbild: woher seine Geometrie stammt und wie verlässlich sie ist. Röntgenbilder können aus dem Modul Data und Bilddateien vom Schreibtisch hierher gezogen werden.</translation>
-    </message>
-    <message>
         <source>Geometry of the selected X-ray</source>
         <translation>Geometrie des gewählten Röntgenbilds</translation>
     </message>
@@ -798,6 +794,10 @@
     <message>
         <source>Arrows</source>
         <translation>Pfeile</translation>
+    </message>
+    <message>
+        <source>One row per X-ray: where its geometry comes from and how reliable it is. Image files, and loaded X-rays from a tree of the data, can be dropped here.</source>
+        <translation>Eine Zeile je Röntgenbild: woher seine Geometrie stammt und wie verlässlich sie ist. Bilddateien und geladene Röntgenbilder aus einem Datenbaum können hierher gezogen werden.</translation>
     </message>
     <message>
         <source>Volume change</source>
@@ -1663,8 +1663,8 @@
 <context>
     <name>panel.xray_drop</name>
     <message>
-        <source>drop loaded X-rays (a volume, a sequence, or a folder of them) from the module Data, or image files</source>
-        <translation>ziehen Sie geladene Röntgenbilder (ein Volumen, eine Sequenz oder einen Ordner davon) aus dem Modul Data oder Bilddateien hierher</translation>
+        <source>drop image files, or loaded X-rays (a volume, a sequence, or a folder of them) from a tree of the data</source>
+        <translation>ziehen Sie Bilddateien oder geladene Röntgenbilder (ein Volumen, eine Sequenz oder einen Ordner davon) aus einem Datenbaum hierher</translation>
     </message>
     <message>
         <source>No X-ray: {names}; {can}.</source>

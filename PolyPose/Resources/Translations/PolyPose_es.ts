@@ -128,10 +128,6 @@
         <translation>Quitar de la tabla la radiografía seleccionada; la imagen misma permanece.</translation>
     </message>
     <message>
-        <source>One row per X-ray: where its geometry comes from and how reliable it is. X-rays can be dropped here from the module Data, and image files from the desktop.</source>
-        <translation>Una fila por radiografía: de dónde procede su geometría y qué fiabilidad tiene. Se pueden soltar aquí radiografías del módulo Data y archivos de imagen del escritorio.</translation>
-    </message>
-    <message>
         <source>Geometry of the selected X-ray</source>
         <translation>Geometría de la radiografía seleccionada</translation>
     </message>
@@ -798,6 +794,10 @@
     <message>
         <source>Arrows</source>
         <translation>Flechas</translation>
+    </message>
+    <message>
+        <source>One row per X-ray: where its geometry comes from and how reliable it is. Image files, and loaded X-rays from a tree of the data, can be dropped here.</source>
+        <translation>Una fila por radiografía: de dónde procede su geometría y qué fiabilidad tiene. Se pueden soltar aquí archivos de imagen y radiografías cargadas de un árbol de datos.</translation>
     </message>
     <message>
         <source>Volume change</source>
@@ -1663,8 +1663,8 @@
 <context>
     <name>panel.xray_drop</name>
     <message>
-        <source>drop loaded X-rays (a volume, a sequence, or a folder of them) from the module Data, or image files</source>
-        <translation>suelte radiografías cargadas (un volumen, una secuencia o una carpeta de ellas) del módulo Data, o archivos de imagen</translation>
+        <source>drop image files, or loaded X-rays (a volume, a sequence, or a folder of them) from a tree of the data</source>
+        <translation>suelte archivos de imagen o radiografías cargadas (un volumen, una secuencia o una carpeta de ellas) de un árbol de datos</translation>
     </message>
     <message>
         <source>No X-ray: {names}; {can}.</source>

@@ -128,10 +128,6 @@
         <translation>Retirer du tableau la radiographie sélectionnée&#xa0;; l&apos;image elle-même reste.</translation>
     </message>
     <message>
-        <source>One row per X-ray: where its geometry comes from and how reliable it is. X-rays can be dropped here from the module Data, and image files from the desktop.</source>
-        <translation>Une ligne par radiographie : d&apos;où vient sa géométrie et quelle est sa fiabilité. On peut déposer ici des radiographies depuis le module Data et des fichiers d&apos;image depuis le bureau.</translation>
-    </message>
-    <message>
         <source>Geometry of the selected X-ray</source>
         <translation>Géométrie de la radiographie sélectionnée</translation>
     </message>
@@ -798,6 +794,10 @@
     <message>
         <source>Arrows</source>
         <translation>Flèches</translation>
+    </message>
+    <message>
+        <source>One row per X-ray: where its geometry comes from and how reliable it is. Image files, and loaded X-rays from a tree of the data, can be dropped here.</source>
+        <translation>Une ligne par radiographie : d&apos;où vient sa géométrie et quelle est sa fiabilité. On peut déposer ici des fichiers d&apos;image et des radiographies chargées depuis une arborescence de données.</translation>
     </message>
     <message>
         <source>Volume change</source>
@@ -1663,8 +1663,8 @@
 <context>
     <name>panel.xray_drop</name>
     <message>
-        <source>drop loaded X-rays (a volume, a sequence, or a folder of them) from the module Data, or image files</source>
-        <translation>déposez des radiographies chargées (un volume, une séquence ou un dossier) depuis le module Data, ou des fichiers d&apos;image</translation>
+        <source>drop image files, or loaded X-rays (a volume, a sequence, or a folder of them) from a tree of the data</source>
+        <translation>déposez des fichiers d&apos;image, ou des radiographies chargées (un volume, une séquence ou un dossier) depuis une arborescence de données</translation>
     </message>
     <message>
         <source>No X-ray: {names}; {can}.</source>

@@ -128,10 +128,6 @@
         <translation>選択したX線画像を表から外します。画像自体は残ります。</translation>
     </message>
     <message>
-        <source>One row per X-ray: where its geometry comes from and how reliable it is. X-rays can be dropped here from the module Data, and image files from the desktop.</source>
-        <translation>X線画像ごとに 1 行：ジオメトリの出所と信頼性。Data モジュールの X線画像や、デスクトップの画像ファイルをここにドロップできます。</translation>
-    </message>
-    <message>
         <source>Geometry of the selected X-ray</source>
         <translation>選択したX線画像のジオメトリ</translation>
     </message>
@@ -798,6 +794,10 @@
     <message>
         <source>Arrows</source>
         <translation>矢印</translation>
+    </message>
+    <message>
+        <source>One row per X-ray: where its geometry comes from and how reliable it is. Image files, and loaded X-rays from a tree of the data, can be dropped here.</source>
+        <translation>X線画像ごとに 1 行：ジオメトリの出所と信頼性。画像ファイルや、データツリーの読み込み済み X線画像をここにドロップできます。</translation>
     </message>
     <message>
         <source>Volume change</source>
@@ -1663,8 +1663,8 @@
 <context>
     <name>panel.xray_drop</name>
     <message>
-        <source>drop loaded X-rays (a volume, a sequence, or a folder of them) from the module Data, or image files</source>
-        <translation>Data モジュールから読み込み済みの X線画像（ボリューム、シーケンス、またはそのフォルダ）か、画像ファイルをドロップしてください</translation>
+        <source>drop image files, or loaded X-rays (a volume, a sequence, or a folder of them) from a tree of the data</source>
+        <translation>画像ファイル、またはデータツリーから読み込み済みの X線画像（ボリューム、シーケンス、またはそのフォルダ）をドロップしてください</translation>
     </message>
     <message>
         <source>No X-ray: {names}; {can}.</source>
