@@ -9,6 +9,7 @@ from slicer.i18n import tr as _
 
 from ..scene import fitting
 from ..scene.bone_handles import BoneHandles, surface_of
+from ..scene.drawing import drawn_once
 from ..scene.motions import motions_of
 from ..study.parameters import PolyPoseParameterNode, structures_of
 from .register import RegisterPart
@@ -52,6 +53,7 @@ class AdjustmentPart:
         found = {name: each.motion for name, each in self._handles.items() if each.present}
         return {name: motion for name, motion in found.items() if not _is_identity(motion)}
 
+    @drawn_once
     def reset(self) -> None:
         """Put all bones back where the result has them."""
         for handles in self._handles.values():
@@ -68,6 +70,7 @@ class AdjustmentPart:
         """Take the handles away; what was moved is remembered."""
         self._ui.adjustToggle.checked = False
 
+    @drawn_once
     def close(self) -> None:
         """Forget everything that was moved."""
         self.stop()
@@ -103,6 +106,7 @@ class AdjustmentPart:
         if not self._filling and self._ui.adjustToggle.checked:
             self._show_handles()
 
+    @drawn_once
     def _toggled(self, on: bool) -> None:
         if on:
             if self._parameters is None:
@@ -114,6 +118,7 @@ class AdjustmentPart:
         for handles in self._handles.values():
             handles.hide()
 
+    @drawn_once
     def _show_handles(self) -> None:
         """Show the chosen bone's handles, and the outlines of all that were moved."""
         name = self._ui.adjustBone.currentText

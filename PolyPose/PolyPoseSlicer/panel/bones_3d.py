@@ -9,6 +9,7 @@ import qt
 
 from ..scene import layouts
 from ..scene.bone_models import BoneModels
+from ..scene.drawing import drawn_once
 from ..scene.motions import motions_of
 from ..study.parameters import PolyPoseParameterNode, structures_of
 
@@ -60,6 +61,7 @@ class Bones3DPart:
         self._steps, self._made_from = None, None
         self._models.clear()
 
+    @drawn_once
     def _step(self) -> None:
         """Make one more surface."""
         parameters, steps = self._parameters, self._steps
@@ -73,6 +75,7 @@ class Bones3DPart:
             self._steps = None
             self._place()
 
+    @drawn_once
     def _place(self) -> None:
         parameters = self._parameters
         motions = motions_of(parameters.outputMotions) if parameters is not None and self._after else {}

@@ -18,6 +18,7 @@ from ..scene import xray_views
 from ..scene.cameras import set_camera
 from ..scene.carm_placement import Placement, intrinsics_at
 from ..scene.compare import Mode, compared, shrunk
+from ..scene.drawing import drawn_once
 from ..scene.frames import flip_vectors
 from ..scene.names import free_name
 from ..study.parameters import PolyPoseParameterNode, structures_of
@@ -214,6 +215,7 @@ class CarmPart:
         )
         self._blend()
 
+    @drawn_once
     def _blend(self, *_ignored: Any) -> None:
         xray, camera = self._xray(), self._camera()
         if xray is None or camera is None or self._rendering is None or not self._ui.carmLive.checked:

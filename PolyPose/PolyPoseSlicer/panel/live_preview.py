@@ -6,6 +6,8 @@ from typing import Any
 
 import slicer
 
+from ..scene.drawing import drawn_once
+
 
 class LivePreview:
     """Puts nodes that are under no transform under the one that is being found; `restore` undoes it."""
@@ -24,6 +26,7 @@ class LivePreview:
             if node.GetScene() is not None:
                 node.SetAndObserveTransformNodeID(transform.GetID())
 
+    @drawn_once
     def restore(self) -> None:
         """Put them back, unless the user has moved them meanwhile."""
         for node in self._nodes:

@@ -14,6 +14,7 @@ from PolyPoseLib.errors import PolyPoseError
 
 from ..process.background import Background
 from ..scene import deformation, layouts
+from ..scene.drawing import drawn_once
 from ..study.parameters import PolyPoseParameterNode, Preset, structures_of
 
 _OVERLAY_OPACITY = 0.55
@@ -54,6 +55,7 @@ class MapsPart:
                 ui.weightStructure.addItem(name)
             self._setting = False
 
+    @drawn_once
     def hide(self) -> None:
         """Show no map."""
         for name in ("showGrid", "showGlyphs", "showJacobian"):
@@ -70,6 +72,7 @@ class MapsPart:
             set_checked(self._ui.showGrid, False)
         self._show_transform()
 
+    @drawn_once
     def _show_transform(self) -> None:
         ui, parameters = self._ui, self._parameters
         if parameters is not None and parameters.outputTransform is not None:
@@ -92,6 +95,7 @@ class MapsPart:
         self._setting = False
         self._compute(work, self._show_change)
 
+    @drawn_once
     def _show_change(self, change: deformation.VolumeChange) -> None:
         self._ui.jacobianText.text = change.text
         _overlay(deformation.show_volume_change(change))
@@ -118,6 +122,7 @@ class MapsPart:
             return
         self._compute(work, partial(self._show_weight, name))
 
+    @drawn_once
     def _show_weight(self, name: str, weight: tuple[np.ndarray, np.ndarray]) -> None:
         self._ui.jacobianText.text = _("Black: '{name}' has no influence; yellow: only '{name}' has.").format(
             name=name

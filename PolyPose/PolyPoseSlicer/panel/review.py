@@ -15,6 +15,7 @@ from PolyPoseLib.geometry.camera import review_camera
 from ..process.renderer import Renderer
 from ..scene import fitting, layouts
 from ..scene.compare import Mode
+from ..scene.drawing import drawn_once
 from ..study.parameters import PolyPoseParameterNode, outputs_of, store_outputs
 from ..study.result_origin import made_from
 from ..study.snapshot import Snapshot
@@ -109,6 +110,7 @@ class ReviewPart:
         ui.verdictLabel.setStyleSheet(verdict.style)
         ui.reviewState.text = "\n".join(verdict.lines)
 
+    @drawn_once
     def result_came(self, nodes: Any) -> None:
         """A registration has ended: show what it found."""
         self.report_png = nodes.report
@@ -182,6 +184,7 @@ class ReviewPart:
         self._fitted = None
         self.show_layout()
 
+    @drawn_once
     def show_layout(self) -> None:
         """Bring up PolyPose's layout with all pictures and C-arms.
 
@@ -209,6 +212,7 @@ class ReviewPart:
         if not self._after:
             self._render_before()
 
+    @drawn_once
     def _aim_again(self) -> None:
         """Once the views have their final size, unless the panel was left meanwhile."""
         sizes = self._view_sizes()
@@ -246,6 +250,7 @@ class ReviewPart:
         flickers = self._ui.compareMode.currentIndex == Mode.FLICKER.value
         self._ui.compareMode.currentIndex = (Mode.BLEND if flickers else Mode.FLICKER).value
 
+    @drawn_once
     def set_after(self, after: bool) -> None:
         """Show the posture of the X-rays, or that of the CT."""
         self._after = bool(after)
@@ -257,6 +262,7 @@ class ReviewPart:
         if not self._after:
             self._render_before()
 
+    @drawn_once
     def load_result(self, folder: str) -> None:
         """Open the folder of an earlier registration in place of the result that is shown."""
         parameters = self._parameters
@@ -327,6 +333,7 @@ class ReviewPart:
             self._ui.compareAmount.setValue(100 * self.pictures.amount[number])
             self._setting = False
 
+    @drawn_once
     def _compare(self, *_ignored: Any) -> None:
         """Compare the chosen view, or all, by the chosen method."""
         if self._setting:

@@ -7,6 +7,7 @@ from typing import Any
 
 from slicer.i18n import tr as _
 
+from ..scene.drawing import drawn_once
 from ..study.parameters import PolyPoseParameterNode
 from ..study.snapshot import Snapshot
 
@@ -44,6 +45,7 @@ class UndoPart:
         self._other, self._undone = None, False
         self._show()
 
+    @drawn_once
     def swap(self) -> None:
         """Bring the other result back; pressed again, this one."""
         parameters, other = self._parameters, self._other

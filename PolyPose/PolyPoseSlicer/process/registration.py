@@ -13,6 +13,7 @@ from slicer.i18n import tr as _
 from PolyPoseLib.data.progress import ProgressCallback
 from PolyPoseLib.errors import UntrustedResultError
 
+from ..scene.drawing import drawn_once
 from ..scene.grid_transform import read_field, set_grid_transform
 from ..scene.names import free_name
 from ..study.loading import LoadedResult, load_folder
@@ -137,6 +138,7 @@ class Registration(StudyRun):
         study_file = self._folder / "STUDY.json"
         self._thread = self._start_thread(lambda: load_folder(self._output, self._study, study_file))
 
+    @drawn_once
     def _show_preview(self, vectors: Any, affine: Any) -> None:
         """Refresh the transform node, so that what is under it moves in the views."""
         node = self.nodes.transform
@@ -150,6 +152,7 @@ class Registration(StudyRun):
                 self._before_preview = node.GetTransformFromParent()
             set_grid_transform(node, vectors, affine)
 
+    @drawn_once
     def _poll_loading(self) -> None:
         if self._steps is None:
             if self._thread.is_alive():

@@ -11,6 +11,7 @@ import vtk
 from slicer.i18n import tr as _
 
 from . import layouts
+from .drawing import drawn_once
 from .frames import flip_map, from_vtk, to_vtk
 from .names import free_name
 from .nodes import remove_with_display
@@ -91,6 +92,7 @@ class BoneHandles:
         )
         self._pictures: Sequence[XrayPicture] = ()
 
+    @drawn_once
     def show(self, pictures: Sequence[XrayPicture], handles: bool) -> None:
         """Draw the outlines on these X-rays, with handles in the slices and in 3D or without."""
         self._pictures = pictures
@@ -114,6 +116,7 @@ class BoneHandles:
             self._show_handles(False)
             self.model.SetDisplayVisibility(False)
 
+    @drawn_once
     def draw(self) -> None:
         """Draw the outlines where the bone is now."""
         moved = vtk.vtkTransformPolyDataFilter()
@@ -139,6 +142,7 @@ class BoneHandles:
         """Put the bone back where the registration has it."""
         self.transform.SetMatrixTransformToParent(vtk.vtkMatrix4x4())
 
+    @drawn_once
     def remove(self) -> None:
         """Take handles, surface and outlines out of the scene."""
         self.hide()
