@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import qt
 import slicer
 from slicer.i18n import tr as _
 
@@ -21,7 +22,9 @@ from ..scene.compare import Mode, compared, shrunk
 from ..scene.drawing import drawn_once
 from ..scene.frames import flip_vectors
 from ..scene.names import free_name
+from ..scene.xray_views import XrayPicture
 from ..study.parameters import PolyPoseParameterNode, structures_of
+from .pictures import IN_3D_MS
 from .xrays import XraysPart
 
 if TYPE_CHECKING:
@@ -52,6 +55,11 @@ class CarmPart:
         self._grey: tuple[Any, np.ndarray] | None = None
         self._rendering: tuple[Any, np.ndarray] | None = None
         self.seconds: list[float] = []
+        self._placed: tuple[int, XrayPicture] | None = None
+        self._in_3d = qt.QTimer()
+        self._in_3d.setSingleShot(True)
+        self._in_3d.interval = IN_3D_MS
+        self._in_3d.connect("timeout()", self._show_in_3d)
         for name in (*_SLIDERS, *_TABLE):
             getattr(ui, name).connect("valueChanged(double)", self._moved)
         for name in _ROUND:
@@ -182,7 +190,8 @@ class CarmPart:
             self._moved()
         else:
             self._renderer.forget(_PURPOSE)
-            self._rendering = None
+            self._rendering = self._placed = None
+            self._in_3d.stop()
             self._ui.carmStatus.text = ""
 
     def _turned(self, slider: Any, value: float) -> None:
@@ -227,10 +236,16 @@ class CarmPart:
         if self._grey is None or self._grey[0] is not xray:
             self._grey = (xray, shrunk(xray.image, factor) if factor > 1 else xray.image)
         rgb = compared(self._grey[1], rendering, Mode.BLEND, self._ui.carmOpacity.value / 100)
-        picture = xray_views.XrayPicture(
+        picture = XrayPicture(
             xray.name, camera, self._ui.carmDetectorDistance.value, xray.image, mirrored=xray.mirrored
         )
         number = self._xrays.number
         xray_views.show_image(number, picture, rgb)
-        xray_views.show_carm(number, picture)
         xray_views.aim_view(number, picture, self._ui.fromDetector.checked)
+        self._placed = (number, picture)
+        self._in_3d.start()
+
+    def _show_in_3d(self) -> None:
+        """Put the C-arm in 3D where its X-ray is now, once the sliders rest."""
+        if self._placed is not None and self._ui.carmLive.checked:
+            xray_views.show_carm(*self._placed)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+import qt
 import slicer
 import vtk
 
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 LONGEST_SIDE = 512
 """Pictures are drawn with at most this many pixels per side, so that they can follow a slider."""
 
+IN_3D_MS = 250
+"""The C-arms in 3D follow the pictures this long after the last change."""
+
 
 class Pictures:
     """The views in order; `mode` and `amount` hold one entry per view."""
@@ -40,6 +44,10 @@ class Pictures:
         self.before = False
         self._phase = False
         self._keeper = PlaneKeeper()
+        self._in_3d = qt.QTimer()
+        self._in_3d.setSingleShot(True)
+        self._in_3d.interval = IN_3D_MS
+        self._in_3d.connect("timeout()", self._show_on_detectors)
 
     def set(self, items: list[XrayPicture], keep: bool = True) -> None:
         """Set the views; the comparison that was chosen for a view stays with its number."""
@@ -66,6 +74,7 @@ class Pictures:
     def clear(self) -> None:
         """Forget all views and take them out of the scene."""
         self._keeper.release()
+        self._in_3d.stop()
         self.items, self.mode, self.amount = [], [], []
         xray_views.remove_all()
 
@@ -78,6 +87,13 @@ class Pictures:
             xray = shrunk(picture.xray, factor) if factor > 1 else picture.xray
             rgb = compared(xray, rendering, self.mode[each], self.amount[each], self._phase)
             xray_views.show_image(each, picture, rgb)
+        if not self.flickers:
+            self._in_3d.start()
+
+    def _show_on_detectors(self) -> None:
+        """Show the pictures on the detectors in 3D, once nothing changes them for a while."""
+        for number in range(len(self.items)):
+            xray_views.show_on_detector(number)
 
     def draw_carms(self) -> None:
         """Draw the C-arms in 3D."""

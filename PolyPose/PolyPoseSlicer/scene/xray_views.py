@@ -85,7 +85,10 @@ def carm_nodes() -> list[slicer.vtkMRMLModelNode]:
 
 
 def show_image(number: int, picture: XrayPicture, rgb: np.ndarray) -> slicer.vtkMRMLVectorVolumeNode:
-    """Draw a picture (H, W, 3) uint8 as the view's image, where its detector stands."""
+    """Draw a picture (H, W, 3) uint8 as the view's image, where its detector stands.
+
+    The detector in 3D is left to `show_on_detector`: whatever changes a model draws every slice view anew.
+    """
     node = part(number, "image") or _new("vtkMRMLVectorVolumeNode", number, "image", picture.name)
     image = vtk.vtkImageData()
     image.SetDimensions(rgb.shape[1], rgb.shape[0], 1)
@@ -100,10 +103,14 @@ def show_image(number: int, picture: XrayPicture, rgb: np.ndarray) -> slicer.vtk
         node.GetDisplayNode().SetSaveWithScene(False)
     node.EndModify(was)
     place(number, picture.plane, picture.xray.shape[1], picture.mirrored)
-    detector = part(number, "detector")
-    if detector is not None:
-        _set_texture(detector, image)
     return node
+
+
+def show_on_detector(number: int) -> None:
+    """Let the detector in 3D show the view's image as it is now."""
+    detector, node = part(number, "detector"), part(number, "image")
+    if detector is not None and node is not None and node.GetImageData() is not None:
+        _set_texture(detector, node.GetImageData())
 
 
 def move(number: int, picture: XrayPicture) -> None:
@@ -172,9 +179,7 @@ def show_carm(number: int, picture: XrayPicture) -> None:
         display.SetDiffuse(0.0)
         display.SetBackfaceCulling(False)
         display.SetVisibility2D(False)
-    image = part(number, "image")
-    if image is not None and image.GetImageData() is not None:
-        _set_texture(detector, image.GetImageData())
+    show_on_detector(number)
 
 
 def aim_view(number: int, picture: XrayPicture, from_detector: bool) -> bool:
