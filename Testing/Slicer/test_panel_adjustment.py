@@ -170,6 +170,8 @@ class AdjustmentTest(PanelCase):
 
 
 class RealRefinementTest(PanelCase):
+    LONG = True
+
     def test_a_bone_moved_by_hand_is_brought_back_by_a_real_registration(self) -> None:
         phantom = self_test.make_phantom()
         self.ui.ctSelector.setCurrentNode(phantom.ct)

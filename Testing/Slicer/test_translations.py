@@ -114,11 +114,11 @@ class TranslationsTest(SlicerTestCase):
             for context, text, translation, _ in translations.entries(translations.path_of(language)):
                 if not translation:
                     continue
-                with self.subTest(language=language, context=context, text=text):
-                    self.assertEqual(placeholders(translation), placeholders(text))
-                    self.assertEqual(Counter(_KEPT.findall(translation)), Counter(_KEPT.findall(text)))
-                    self.assertEqual(translation[:1].isspace(), text[:1].isspace())
-                    self.assertEqual(translation.endswith("..."), text.endswith("..."))
+                where = f"{language}, {context}: {text}"
+                self.assertEqual(placeholders(translation), placeholders(text), where)
+                self.assertEqual(Counter(_KEPT.findall(translation)), Counter(_KEPT.findall(text)), where)
+                self.assertEqual(translation[:1].isspace(), text[:1].isspace(), where)
+                self.assertEqual(translation.endswith("..."), text.endswith("..."), where)
 
     def test_names_of_parameters_settings_and_classes_are_not_translatable(self) -> None:
         for element in ElementTree.parse(translations.UI).iter("property"):

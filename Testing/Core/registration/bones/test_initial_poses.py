@@ -14,7 +14,7 @@ from PolyPoseLib.registration.bones import joint
 from PolyPoseLib.registration.magnification import magnified
 from PolyPoseLib.registration.scene import Scene
 
-SEEDS = (3, 4, 5)
+SEEDS = (3, 5)
 
 
 def error_mm(small: Study, simulated, poses, name: str) -> float:
@@ -54,6 +54,7 @@ def test_bones_that_were_placed_near_their_place_end_there_without_restarts(seed
         assert error_mm(small, simulated, poses, name) < min(1.5, before / 2), (name, pose)
 
 
+@pytest.mark.long
 def test_bones_that_were_not_placed_are_restarted_as_ever(monkeypatch):
     asked = []
     simulated = case(1)
