@@ -195,7 +195,7 @@ def test_a_folder_that_is_lost_or_full_later_costs_one_line(tmp_path, monkeypatc
     assert [record.getMessage().count("No space left") for record in caplog.records] == [1]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_processes_that_start_together_on_an_empty_cache_agree(loops):
     """Each compiles two signatures in its own order; every file then belongs to its signature."""
     started = [loops.start(step=(-1) ** n) for n in range(4)]

@@ -214,6 +214,7 @@ class GermanPanelTest(PanelCase):
 
 
 class SpanishPanelTest(GermanPanelTest):
+    LONG = True
     language = "es"
 
 
@@ -222,6 +223,7 @@ class FrenchPanelTest(GermanPanelTest):
 
 
 class JapanesePanelTest(GermanPanelTest):
+    LONG = True
     language = "ja"
 
 

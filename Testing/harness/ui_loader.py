@@ -10,6 +10,8 @@ from . import pythonqt
 from .ctk_widgets import ctkCollapsibleButton
 
 _substitutes: dict[str, type[QtWidgets.QWidget]] = {}
+_checked: set[bytes] = set()
+"""Files without a fault: every panel of every test loads the same one."""
 
 
 def register(classes: list[type[QtWidgets.QWidget]]) -> None:
@@ -36,7 +38,9 @@ class QUiLoader(QtUiTools.QUiLoader):
                 text = file.read()
         root = ElementTree.fromstring(text)
         connections = self._take_connections(root)
-        self._check_classes(root)
+        if text not in _checked:
+            self._check_classes(root)
+            _checked.add(text)
         buffer = QtCore.QBuffer()
         buffer.setData(ElementTree.tostring(root))
         buffer.open(QtCore.QIODevice.OpenModeFlag.ReadOnly)

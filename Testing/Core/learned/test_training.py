@@ -130,7 +130,7 @@ def test_batches_follow_from_seed_and_number(scene):
         assert np.abs(other.extrinsics - first.extrinsics).max() > 1
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_batches_rendered_by_another_process_are_the_same(scene):
     one = trained(scene, replace(TINY, steps=4))
     other = trained(scene, replace(TINY, steps=4, workers=1))
