@@ -79,6 +79,7 @@ class BoneModelsTest(PanelCase):
         identifier = self.segmentation.GetSegmentation().GetSegmentIdBySegmentName("pelvis")
         self.panel.parameters.structures = json.dumps({identifier: "pelvis"})
         self.wait(lambda: not self.bones.busy and set(self.models()) == {"pelvis"})
+        self.assertEqual(self.bones._models.names, ["pelvis"])
 
     def test_they_are_neither_saved_nor_listed(self) -> None:
         for model in self.models().values():

@@ -111,8 +111,7 @@ class AdjustmentPart:
         if on:
             if self._parameters is None:
                 return
-            self._ui.showAfter.checked = True
-            self._review.show_layout()
+            self._review.show_after()
             self._show_handles()
             return
         for handles in self._handles.values():

@@ -38,14 +38,13 @@ class Bones3DPart:
     def show(self, parameters: PolyPoseParameterNode | None, after: bool) -> None:
         """Show the bones of a parameter node: where the X-rays have them, or where the CT has them."""
         self._parameters, self._after = parameters, after
-        wanted = self._box.checked and layouts.shown() and parameters is not None
-        source = _source(parameters) if wanted and parameters is not None else None
-        if source is None:
+        wanted = self._box.checked and layouts.shown()
+        source = _source(parameters) if parameters is not None and wanted else None
+        if parameters is None or source is None:
             self.clear()
         elif source != self._made_from or (not self.busy and set(self._models.names) != set(source[1])):
             self._made_from = source
-            assert parameters is not None
-            self._steps = self._models.build(parameters.segmentation, structures_of(parameters))
+            self._steps = self._models.build(parameters.segmentation, source[1])
             self._timer.start()
         elif not self.busy:
             self._place()

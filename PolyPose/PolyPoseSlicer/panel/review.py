@@ -114,13 +114,14 @@ class ReviewPart:
     def result_came(self, nodes: Any) -> None:
         """A registration has ended: show what it found."""
         self.report_png = nodes.report
-        self._choose_after()
-        self.enter_layout()
+        self._fitted = None
+        self.show_after()
 
-    def _choose_after(self) -> None:
-        """Choose the posture of the X-rays, without drawing what `show_layout` draws next."""
+    def show_after(self) -> None:
+        """Bring up PolyPose's layout in the posture of the X-rays, all drawn once."""
         set_checked(self._ui.showAfter, True)
         self._after = True
+        self.show_layout()
 
     def _result_goes(self) -> None:
         """Another result takes the place of this one: nothing may lie under its transform, or show its maps."""
@@ -136,8 +137,8 @@ class ReviewPart:
             self._ui.showAfter.checked = True
             return
         if there:
-            self._choose_after()
-        if layouts.shown():
+            self.show_after()
+        elif layouts.shown():
             self.show_layout()
 
     def refresh_pictures(self, force: bool = False) -> None:

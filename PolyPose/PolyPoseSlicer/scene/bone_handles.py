@@ -14,7 +14,7 @@ from . import layouts
 from .drawing import drawn_once
 from .frames import flip_map, from_vtk, to_vtk
 from .names import free_name
-from .nodes import remove_with_display
+from .own_nodes import remove_with_display
 from .silhouettes import Outline
 from .xray_views import XrayPicture
 

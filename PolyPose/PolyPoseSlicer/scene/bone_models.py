@@ -11,8 +11,7 @@ from slicer.i18n import tr as _
 
 from .bone_handles import coarsened, surface_of
 from .frames import flip_map, from_vtk, to_vtk
-from .names import free_name
-from .nodes import remove_with_display
+from .own_nodes import remove_with_display, unsaved_node
 
 
 class BoneModels:
@@ -81,9 +80,6 @@ def _shown(
 
 def _hidden(kind: str, name: str) -> slicer.vtkMRMLNode:
     """A node that lists do not show and scenes do not keep; not in the scene yet."""
-    node = slicer.mrmlScene.CreateNodeByClass(kind)
-    node.UnRegister(None)
-    node.SetName(free_name(name))
+    node = unsaved_node(kind, name)
     node.SetHideFromEditors(True)
-    node.SetSaveWithScene(False)
     return node

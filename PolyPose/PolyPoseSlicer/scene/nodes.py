@@ -248,13 +248,3 @@ def set_layer(image: slicer.vtkOrientedImageData, voxels: Voxels) -> None:
     scalars.SetName("ImageScalars")
     image.GetPointData().SetScalars(scalars)
     image.SetImageToWorldMatrix(to_vtk(flip_affine(voxels.grid.affine)))
-
-
-def remove_with_display(node: slicer.vtkMRMLNode) -> None:
-    """Take a node and its display nodes, where it has any, out of the scene."""
-    displays = []
-    if node.IsA("vtkMRMLDisplayableNode"):
-        displays = [node.GetNthDisplayNode(number) for number in range(node.GetNumberOfDisplayNodes())]
-    for each in (node, *displays):
-        if each is not None and each.GetScene() is not None:
-            each.GetScene().RemoveNode(each)

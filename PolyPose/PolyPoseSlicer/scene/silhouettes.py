@@ -8,7 +8,7 @@ import vtk
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from .frames import flip_vectors
-from .nodes import remove_with_display
+from .own_nodes import remove_with_display
 from .xray_views import XrayPicture, slice_logic
 
 _LEAST_DEPTH = 0.05

@@ -17,7 +17,7 @@ from PolyPoseLib.geometry.camera import Camera
 
 from .cameras import plane_to_ras
 from .frames import flip_vectors, from_vtk, to_vtk
-from .names import free_name
+from .own_nodes import unsaved_node
 from .pixel_frames import place
 
 PART_ATTRIBUTE = "PolyPose.View"
@@ -238,11 +238,8 @@ def remove_from(first: int) -> None:
 
 def _new(kind: str, number: int, what: str, name: str) -> slicer.vtkMRMLNode:
     names = {"image": _("View of {name}"), "beam": _("C-arm of {name}"), "detector": _("Detector of {name}")}
-    node = slicer.mrmlScene.CreateNodeByClass(kind)
-    node.UnRegister(None)
-    node.SetName(free_name(names[what].format(name=name)))
+    node = unsaved_node(kind, names[what].format(name=name))
     node.SetAttribute(PART_ATTRIBUTE, f"{number} {what}")
-    node.SetSaveWithScene(False)
     return slicer.mrmlScene.AddNode(node)
 
 

@@ -11,7 +11,7 @@ import vtk
 from ..scene.cameras import CAMERA_ATTRIBUTE
 from ..scene.frames import from_vtk, to_vtk
 from ..scene.motions import MOTIONS_ATTRIBUTE
-from ..scene.nodes import remove_with_display
+from ..scene.own_nodes import remove_with_display
 from .parameters import PolyPoseParameterNode
 from .results import set_plot
 
