@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,8 +17,9 @@ from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.io.machine_memory import require_memory
 from PolyPoseLib.io.transforms import preview_writer
 from PolyPoseLib.registration.bones.agreement import structure_agreement
-from PolyPoseLib.registration.bones.joint import fit_structures
+from PolyPoseLib.registration.bones.joint import StructureFit, fit_structures
 from PolyPoseLib.registration.bones.rejection import inconsistency_warnings, reasons_against_most
+from PolyPoseLib.registration.bones.visibility import structure_visibility
 from PolyPoseLib.registration.cameras.certainty import CameraVerdict, judge_cameras
 from PolyPoseLib.registration.cameras.initial import Regressor
 from PolyPoseLib.registration.cameras.multistart import RefinedCamera, find_camera_near
@@ -27,6 +28,7 @@ from PolyPoseLib.registration.cameras.study import (
     CameraStage,
     StudyCameras,
     find_study_cameras,
+    left_out_warnings,
 )
 from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.fit.problem import JointResult
@@ -50,7 +52,6 @@ from PolyPoseLib.registration.uncertainty.checks import (
 )
 from PolyPoseLib.registration.uncertainty.doubts import Evidence, disputed_warnings, doubts_about
 from PolyPoseLib.registration.uncertainty.intervals import structure_uncertainties, systematic_error
-from PolyPoseLib.registration.uncertainty.visibility import structure_visibility
 from PolyPoseLib.rendering.select import resolve_device, select_backend
 
 
@@ -113,29 +114,29 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
     with monitor.timed("scoring"):
         before = score_views(run, cameras.initial, run.scene.rest_poses)
     with monitor.timed("bones"):
-        joint = method.fit_bones(cameras)
-    final = [o.with_camera(c) for o, c in zip(cameras.refined, joint.cameras, strict=True)]
+        fit = method.fit_bones(cameras)
+    joint, final = fit.joint, fit.observations
     with monitor.timed("scoring"):
         after = score_views(run, final, joint.poses)
         agreement = structure_agreement(run, final, joint.poses)
         verdict = judge_cameras(run, [xray.name for xray in study.xrays], final, cameras.uncertain)
     with monitor.timed("uncertainty"):
+        visibility = structure_visibility(run.scene, final, joint.poses)
         uncertainties = {}
         if options.uncertainty:
             systematic = systematic_error(study.ct, cameras.xrays, final, run.scene.anchor_centre)
-            uncertainties = structure_uncertainties(run, joint, agreement, systematic)
-    masks = [xray.mask for xray in cameras.xrays]
+            uncertainties = structure_uncertainties(run, joint, agreement, visibility.hidden, systematic)
     evidence = Evidence(
         [xray.name or view_name(n) for n, xray in enumerate(study.xrays)],
         agreement,
-        structure_visibility(run.scene, masks, final, joint.poses),
+        visibility,
         uncertainties,
         [xray.maybe_distorted for xray in cameras.xrays],
         magnification,
     )
     doubts = doubts_about(run.scene, evidence)
     inconsistent = agreement.inconsistent(run.scene.anchor)
-    fitted = _Fitted(cameras, joint, before, after, evidence, doubts, inconsistent, verdict)
+    fitted = _Fitted(cameras, joint, final, before, after, evidence, doubts, inconsistent, verdict)
     return _result(study, options, run, fitted, device)
 
 
@@ -159,7 +160,7 @@ class _Method:
     """refine_camera: for X-rays by themselves; fit_bones: all structures together, from the cameras of stage A."""
 
     refine_camera: CameraRefiner
-    fit_bones: Callable[[StudyCameras], JointResult]
+    fit_bones: Callable[[StudyCameras], StructureFit]
 
 
 def _method(study: Study, options: Options, preset: Preset, run: Run) -> _Method:
@@ -172,8 +173,10 @@ def _method(study: Study, options: Options, preset: Preset, run: Run) -> _Method
             camera = find_camera_by_anchor(run, study.ct, observation)
             return RefinedCamera(camera, float("nan"), reliable=True)
 
-        def fit_published(cameras: StudyCameras) -> JointResult:
-            return fit_structures_by_gmncc(run, study.ct, cameras.refined, options.optimizer or "adam")
+        def fit_published(cameras: StudyCameras) -> StructureFit:
+            joint = fit_structures_by_gmncc(run, study.ct, cameras.refined, options.optimizer or "adam")
+            observed = zip(cameras.refined, joint.cameras, strict=True)
+            return StructureFit([each.with_camera(camera) for each, camera in observed], joint)
 
         return _Method(refine_published, fit_published)
 
@@ -182,7 +185,7 @@ def _method(study: Study, options: Options, preset: Preset, run: Run) -> _Method
     ) -> RefinedCamera:
         return find_camera_near(run, observation, preset.camera_levels, source_to_detector_mm, search)
 
-    def fit(cameras: StudyCameras) -> JointResult:
+    def fit(cameras: StudyCameras) -> StructureFit:
         names, poses = run.scene.names, run.scene.rest_poses
         placed = [k for k in run.scene.moving if names[k] in study.initial_poses]
         for k in placed:
@@ -214,13 +217,15 @@ def _soft_tissue(study: Study, options: Options, preset: Preset, magnification: 
 
 @dataclass(frozen=True)
 class _Fitted:
-    """cameras: of stage A; joint: of stage B; before, after: scores at rest and of the result; evidence: what is known
+    """cameras: of stage A; joint: of stage B; used: the X-rays without what was left out;
+    before, after: scores at rest and of the result; evidence: what is known
     of the poses; doubts: of them, by structure; inconsistent: structures that the X-rays contradict; verdict: on the
     cameras.
     """
 
     cameras: StudyCameras
     joint: JointResult
+    used: Sequence[Observation]
     before: ViewScores
     after: ViewScores
     evidence: Evidence
@@ -252,7 +257,7 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted, device: s
         renderings_before=renderings[0],
         renderings_after=renderings[1],
         xray_images=[xray.image for xray in fitted.cameras.xrays],
-        xray_masks=[each.mask for each in fitted.cameras.refined],
+        xray_masks=[each.mask for each in fitted.used],
         distrust=(
             *fitted.verdict.distrust,
             *reasons_against_most(run.scene, fitted.inconsistent),
@@ -285,11 +290,13 @@ def _renderings(run: Run, fitted: _Fitted) -> tuple[list[np.ndarray], list[np.nd
 
 def _warnings(study: Study, scene: Scene, fitted: _Fitted) -> list[str]:
     bare = [BARE_CT] if scene.bare else []
+    pairs = zip(fitted.evidence.names, fitted.used, strict=True)
     return [
         *study.warnings,
         *bare,
         *(f"{xray.name}: {warning}" for xray in fitted.cameras.xrays for warning in xray.warnings),
         *fitted.cameras.warnings,
+        *(line for name, used in pairs for line in left_out_warnings(name, used)),
         *fitted.verdict.warnings,
         *hidden_structures(scene, fitted.after),
         *inconsistency_warnings(scene, {k: fitted.doubts[k] for k in fitted.inconsistent}),

@@ -44,6 +44,8 @@ class Articulation:
         (3,) in the CT, LPS mm.
     slide_mm : float
         Standard deviation of how far it comes apart.
+    weight : float
+        Against that of other joints.
 
     """
 
@@ -51,6 +53,7 @@ class Articulation:
     second: int
     point: np.ndarray
     slide_mm: float
+    weight: float = 1.0
 
 
 def find_articulations(structures: Structures, affine: np.ndarray, anchor: int) -> list[Articulation]:
@@ -99,7 +102,8 @@ def _sample(labels: np.ndarray, number: int, box: tuple[slice, ...], affine: np.
 
 
 class ArticulationPrior:
-    """The prior's cost, weight * mean over joints of (gap / slide)^2 + (angle / TURN_DEG)^2, and its derivatives.
+    """The prior's cost, weight * mean over joints of the joint's weight * ((gap / slide)^2 + (angle / TURN_DEG)^2), and
+    its derivatives.
 
     Parameters
     ----------
@@ -128,6 +132,7 @@ class ArticulationPrior:
         self._pairs = np.array([(j.first, j.second) for j in articulations], int).reshape(-1, 2)
         self._points = np.array([j.point for j in articulations], float).reshape(-1, 3)
         self._slides = np.array([j.slide_mm for j in articulations], float).reshape(-1, 1)
+        self._roots = np.sqrt([j.weight for j in articulations]).reshape(-1, 1)
 
     def cost(self, poses: np.ndarray) -> float:
         """For poses (K, 4, 4) fixed to moving."""
@@ -152,12 +157,12 @@ class ArticulationPrior:
         return self.weight / max(len(self.articulations), 1)
 
     def _residuals(self, poses: np.ndarray) -> np.ndarray:
-        """(J, 6) each joint's gap (fixed frame) over its slide, and its relative rotation over TURN_DEG."""
+        """(J, 6) each joint's gap (fixed frame) over its slide and rotation over TURN_DEG, times the root of its weight."""
         first, second = np.moveaxis(rigid_inverse(poses)[self._pairs], 1, 0)
         apart = first - second
         gap = np.einsum("jab,jb->ja", apart[:, :3, :3], self._points) + apart[:, :3, 3]
         turn = rotation_vectors(first[:, :3, :3] @ np.swapaxes(second[:, :3, :3], 1, 2))
-        return np.concatenate([gap / self._slides, turn / np.radians(TURN_DEG)], axis=1)
+        return self._roots * np.concatenate([gap / self._slides, turn / np.radians(TURN_DEG)], axis=1)
 
     def _derivative(self, joint: Articulation, k: int, poses: np.ndarray) -> np.ndarray:
         """(6, 6) derivative of the joint's place and orientation by the perturbation of pose k."""
@@ -166,7 +171,7 @@ class ArticulationPrior:
         derivative[:3, :3] = back @ skew(joint.point - self.centres[k]) / joint.slide_mm
         derivative[:3, 3:] = -back / joint.slide_mm
         derivative[3:, :3] = -back / np.radians(TURN_DEG)
-        return derivative
+        return np.sqrt(joint.weight) * derivative
 
 
 class OneBonePrior:

@@ -41,10 +41,13 @@ PRESETS: dict[str, Preset] = {
         joint=(
             JointStage(Level(6.0, 40.0, 20, 0.01)),
             JointStage(Level(3.0, 20.0, 20, 0.005), restart=Level(4.0, 28.0, 10, 0.001)),
-            JointStage(Level(2.0, 14.0, 20, 0.002), restart=Level(3.0, 20.0, 10, 0.001)),
+            JointStage(
+                Level(2.0, 14.0, 20, 0.002), restart=Level(3.0, 20.0, 10, 0.001), without_objects=True
+            ),
             JointStage(
                 Level(1.2, 10.0, 15, 0.001),
                 restart_inconsistent=(Level(4.0, 28.0, 10, 0.001), Level(2.0, 14.0, 10, 0.001)),
+                without_objects=True,
             ),
         ),
     ),

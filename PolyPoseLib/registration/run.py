@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.progress import Monitor
+from PolyPoseLib.registration.articulations import Articulation
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend
 
 Preview = Callable[[DisplacementField], str | None]
 """Takes a coarse displacement field (fixed to moving) and returns the file that it was written to."""
+
+
+HELD = 30.0
+"""How many times more weight the joints of a wholly hidden structure have: what the X-rays do not show stays near its
+neighbours."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +41,8 @@ class Run:
     magnification : float
         How many times larger than the patient the scene is (:mod:`PolyPoseLib.registration.magnification`); lengths
         that people read are divided by it.
+    hidden : mapping of int to float
+        Shares, 0 to 1, of structures that metal hides; their joints hold them the more.
 
     """
 
@@ -44,11 +52,21 @@ class Run:
     stage: str = "registration"
     preview: Preview | None = None
     magnification: float = 1.0
+    hidden: Mapping[int, float] = field(default_factory=dict)
 
     @property
     def scene(self) -> Scene:
         """The CT taken apart for rendering."""
         return self.soft_tissue.scene
+
+    @property
+    def articulations(self) -> list[Articulation]:
+        """The scene's joints, those of hidden structures with more weight."""
+        share = self.hidden
+        return [
+            replace(joint, weight=1 + HELD * max(share.get(joint.first, 0), share.get(joint.second, 0)))
+            for joint in self.scene.articulations
+        ]
 
     def named(self, stage: str) -> Run:
         """The same run in another stage."""

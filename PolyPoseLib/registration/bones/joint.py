@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from PolyPoseLib.data.displacement_field import DisplacementField
-from PolyPoseLib.registration.bones.rejection import restart_inconsistent
+from PolyPoseLib.registration.bones.rejection import inconsistent_bones, restart_inconsistent
 from PolyPoseLib.registration.bones.restarts import restart_bones
+from PolyPoseLib.registration.bones.visibility import structure_visibility
 from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import CameraGroups, JointResult, State, corrected
+from PolyPoseLib.registration.fit.unexplained_objects import without_unexplained_objects
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.run import Run
 
@@ -38,12 +40,23 @@ class JointStage:
         At which every bone is restarted before.
     restart_inconsistent : tuple of Level
         At which bones that the X-rays contradict are restarted before.
+    without_objects : bool
+        Whether metal and instruments that the bones' rendering does not have are left out from here on.
 
     """
 
     level: Level
     restart: Level | None = None
     restart_inconsistent: tuple[Level, ...] = ()
+    without_objects: bool = False
+
+
+@dataclass(frozen=True)
+class StructureFit:
+    """observations: the X-rays with the cameras found, and without what was left out; joint: of the last level."""
+
+    observations: Sequence[Observation]
+    joint: JointResult
 
 
 def fit_structures(
@@ -53,7 +66,7 @@ def fit_structures(
     free_cameras: CameraGroups,
     stages: Sequence[JointStage],
     placed: Collection[int] = (),
-) -> JointResult:
+) -> StructureFit:
     """Fit all structures together, coarse to fine.
 
     Parameters
@@ -73,7 +86,7 @@ def fit_structures(
 
     Returns
     -------
-    JointResult
+    StructureFit
         As the last level left it.
 
     """
@@ -82,6 +95,11 @@ def fit_structures(
     done = 0
     fitted: JointResult | None = None
     for stage in stages:
+        if stage.without_objects:
+            unsure = inconsistent_bones(run, observations, poses)
+            observations = [without_unexplained_objects(run, each, poses, unsure) for each in observations]
+            hidden = structure_visibility(run.scene, observations, poses).hidden.max(axis=1)
+            run = replace(run, hidden=dict(enumerate(hidden.tolist())))
         if stage.restart is not None and unplaced:
             poses = restart_bones(run, observations, poses, stage.restart, unplaced)
         if stage.restart_inconsistent and unplaced:
@@ -92,7 +110,7 @@ def fit_structures(
         observations = [o.with_camera(c) for o, c in zip(observations, fitted.cameras, strict=True)]
         done += stage.level.iterations
     assert fitted is not None, "there is at least one stage"
-    return fitted
+    return StructureFit(observations, fitted)
 
 
 class _LevelFit:

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
-import numpy as np
-
 from PolyPoseLib.data.found_camera import FoundCamera
 from PolyPoseLib.data.view_names import label_of, view_name
 from PolyPoseLib.data.xray import Xray, place_isocenter
@@ -127,8 +125,6 @@ def find_study_cameras(run: Run, xrays: Sequence[Xray], how: CameraStage) -> Stu
             warnings.extend(_unreliable(name, found[n].refinement))
     ordered = [found[n] for n in range(len(placed))]
     refined = [without_foreign_objects(run, each.refined, REFINED_REACH_MM) for each in ordered]
-    for n, (xray, each) in enumerate(zip(placed, refined, strict=True)):
-        warnings.extend(_left_out(xray.name or view_name(n), xray.mask, each))
     free = [numbers for numbers in grouped_by_rig(placed) if found[numbers[0]].free]
     uncertain = {n for n, each in enumerate(ordered) if not each.certain}
     return StudyCameras(
@@ -229,17 +225,16 @@ def _usable(run: Run, observation: Observation) -> Observation:
     return without_clipped(run, without_foreign_objects(run, observation))
 
 
-def _left_out(name: str, given: np.ndarray, used: Observation) -> list[str]:
+def left_out_warnings(name: str, used: Observation) -> list[str]:
     """Warnings about the shares of an X-ray that are clipped and that foreign objects cover, where there are any."""
-    clipped = np.zeros_like(given) if used.clipped is None else used.clipped
-    foreign = given & ~used.mask & ~clipped
+    given, clipped, foreign = used.given, used.clipped, used.foreign
     warnings = []
-    if clipped.any():
+    if clipped is not None and clipped.any():
         warnings.append(
             f"{label_of(name)}: {clipped.sum() / given.sum():.0%} of it is all black or all white, clipped by its "
             "window or its detector; these pixels are left out. Export it with a wider window."
         )
-    if foreign.any():
+    if foreign is not None and foreign.any():
         warnings.append(
             f"{label_of(name)}: metal, instruments or a collimator that the CT does not have cover "
             f"{max(100 * foreign.sum() / given.sum(), 0.1):.1f} % of it; these pixels are left out."

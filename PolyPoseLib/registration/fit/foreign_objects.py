@@ -7,7 +7,7 @@ of the CT takes nearby, the bones moved by any amount within reach, and belongs 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import (
@@ -59,7 +59,7 @@ BORDER_MM = 3.0
 LARGEST_SHARE = 0.3
 """Of an X-ray; where more seems to be foreign, the X-ray and the CT are not comparable, and nothing is left out."""
 
-_NEIGHBOURS = np.ones((3, 3), bool)
+NEIGHBOURS = np.ones((3, 3), bool)
 
 
 @dataclass(frozen=True)
@@ -102,19 +102,15 @@ def foreign_objects(run: Run, observation: Observation, reach_mm: float = INITIA
     factor = observation.image.shape[0] // height
     image, mask = binned(observation.image, observation.mask, factor)
     expected = _expected(run, level)
-    measured = _in_line_integrals(image, mask, expected.whole)
+    measured = in_line_integrals(image, mask, expected.whole)
     if measured is None:
         return np.zeros(observation.image.shape, bool)
     reach, bone_reach, thin = (max(1, round(each / pixel_mm)) for each in (reach_mm, BONE_REACH_MM, THIN_MM))
     excess = np.where(mask, measured - expected.largest(reach, bone_reach), -1.0)
     thin_contrast = np.where(mask, np.asarray(white_tophat(measured, 2 * thin + 1)), 0.0)
-    candidates = _grown(excess > SURE, excess > POSSIBLE)
+    candidates = grown(excess > SURE, excess > POSSIBLE)
     found = _objects(candidates, thin_contrast, _edges(measured, expected.whole, mask, candidates))
-    found = (
-        binary_dilation(found, iterations=max(1, round(BORDER_MM / pixel_mm))) & mask
-        if found.any()
-        else found
-    )
+    found = with_border(found, pixel_mm) & mask
     if found.sum() > LARGEST_SHARE * mask.sum():
         found[:] = False
     return enlarged(found, factor, observation.image.shape)
@@ -125,7 +121,7 @@ def without_foreign_objects(
 ) -> Observation:
     """The X-ray with foreign objects left out of its mask."""
     found = foreign_objects(run, observation, reach_mm)
-    return replace(observation, mask=observation.mask & ~found) if found.any() else observation
+    return observation.without(found)
 
 
 def _expected(run: Run, level: LevelViews) -> _Expected:
@@ -137,7 +133,14 @@ def _expected(run: Run, level: LevelViews) -> _Expected:
     return _Expected(whole, level.views[0].static, bones)
 
 
-def _in_line_integrals(image: np.ndarray, mask: np.ndarray, whole: np.ndarray) -> np.ndarray | None:
+def with_border(found: np.ndarray, pixel_mm: float) -> np.ndarray:
+    """(H, W) bool: objects with their blurred edges."""
+    if not found.any():
+        return found
+    return np.asarray(binary_dilation(found, iterations=max(1, round(BORDER_MM / pixel_mm))), dtype=bool)
+
+
+def in_line_integrals(image: np.ndarray, mask: np.ndarray, whole: np.ndarray) -> np.ndarray | None:
     """The X-ray in the rendering's unit, by the quartiles of both inside the patient; None without enough of it."""
     inside = mask & (whole > 0.05)
     if inside.sum() < 100:
@@ -164,28 +167,28 @@ def _edges(measured: np.ndarray, whole: np.ndarray, mask: np.ndarray, candidates
 def _objects(candidates: np.ndarray, thin_contrast: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """(H, W) bool: connected candidates with sharp edges; rods to their ends."""
     numbered = np.zeros(candidates.shape, np.int32)
-    label(candidates, _NEIGHBOURS, output=numbered)
+    label(candidates, NEIGHBOURS, output=numbered)
     found = np.zeros_like(candidates)
     for number, box in enumerate(find_objects(numbered), start=1):
         around = tuple(slice(max(part.start - 1, 0), part.stop + 1) for part in box)
         one = numbered[around] == number
-        if one.sum() < LEAST_PIXELS or not _is_sharp(one, edges[around]):
+        if one.sum() < LEAST_PIXELS or not is_sharp(one, edges[around]):
             continue
         found[around] |= one
         contrast = float(np.median(thin_contrast[around][one]))
         if contrast > SURE:
-            whole = _grown(numbered == number, thin_contrast > contrast / 2)
-            if _is_sharp(whole & (numbered != number), edges):  # not where it runs into anatomy
+            whole = grown(numbered == number, thin_contrast > contrast / 2)
+            if is_sharp(whole & (numbered != number), edges):  # not where it runs into anatomy
                 found |= whole
     return found
 
 
-def _is_sharp(region: np.ndarray, edges: np.ndarray) -> bool:
+def is_sharp(region: np.ndarray, edges: np.ndarray) -> bool:
     """Whether the sharpest tenth of a region's border is sharper than anatomy."""
     border = np.asarray(binary_dilation(region), dtype=bool)
     return bool(border.any() and np.percentile(edges[border], 90) >= SHARPER)
 
 
-def _grown(seeds: np.ndarray, possible: np.ndarray) -> np.ndarray:
+def grown(seeds: np.ndarray, possible: np.ndarray) -> np.ndarray:
     """(H, W) bool: what of the possible is connected with the seeds."""
-    return np.asarray(binary_propagation(seeds, _NEIGHBOURS, mask=possible))
+    return np.asarray(binary_propagation(seeds, NEIGHBOURS, mask=possible))

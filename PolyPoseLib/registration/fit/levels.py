@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -61,6 +61,8 @@ class Observation:
         Where the camera is expected, if it may move.
     clipped : (H, W) ndarray, optional
         bool, True where a pixel does not count because its value is clipped.
+    foreign : (H, W) ndarray, optional
+        bool, True where it does not because of metal or an instrument that the CT does not have.
 
     """
 
@@ -69,12 +71,28 @@ class Observation:
     camera: Camera
     expected: CameraPrior | None = None
     clipped: np.ndarray | None = None
+    foreign: np.ndarray | None = None
     noise: np.ndarray = field(init=False, repr=False)
     """(H, W) standard deviation of the image's noise in line integrals, estimated from the image."""
 
     def __post_init__(self) -> None:
         """Estimate the noise once; :meth:`with_camera` shares it."""
         object.__setattr__(self, "noise", noise_map(self.image, self.mask))
+
+    @property
+    def given(self) -> np.ndarray:
+        """(H, W) bool: the pixels that counted before any were left out."""
+        given = self.mask
+        for left_out in (self.clipped, self.foreign):
+            given = given if left_out is None else given | left_out
+        return given
+
+    def without(self, foreign: np.ndarray) -> Observation:
+        """The same X-ray where objects (H, W) bool that the CT does not have are left out."""
+        if not foreign.any():
+            return self
+        objects = foreign & self.given if self.foreign is None else foreign & self.given | self.foreign
+        return replace(self, mask=self.mask & ~objects, foreign=objects)
 
     def with_camera(self, camera: Camera) -> Observation:
         """The same X-ray with another camera."""

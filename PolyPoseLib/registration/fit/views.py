@@ -52,7 +52,7 @@ class LevelViews:
         scene, weight = self.run.scene, self.level.joint_weight
         prior = None
         if len(free_poses) and weight:
-            prior = ArticulationPrior(scene.articulations, scene.centres, free_poses, weight)
+            prior = ArticulationPrior(self.run.articulations, scene.centres, free_poses, weight)
         return self._problem(scene.bodies(self.level.size_mm), free_poses, free_cameras, prior)
 
     def anchor(self) -> RigidProblem:

@@ -9,9 +9,9 @@ import numpy as np
 
 from PolyPoseLib.data.view_names import label_of
 from PolyPoseLib.registration.bones.agreement import Agreement
+from PolyPoseLib.registration.bones.visibility import Visibility
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
-from PolyPoseLib.registration.uncertainty.visibility import Visibility
 
 WIDE_MM = 5.0
 """Half width of a 95 % interval beyond which a pose is doubtful."""

@@ -17,7 +17,7 @@ from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty, pose_uncertainties
 from PolyPoseLib.registration.uncertainty.local_minima import widened_by_local_minima
 
-DISTORTION = 0.025
+DISTORTION = 0.03
 """Standard deviation that an image intensifier's distortion leaves in poses, in radians and relative to the radius of
 its field at the patient. Pincushion of 5 to 7 % at the edge and an S of 2 to 3 degrees displace bones by 0.5 to 4 % of
 the radius; with 0.02, 3 of 16 bones of three pelvises and a chest were outside their region, by up to a sixth, see
@@ -27,13 +27,20 @@ UNCONFIRMED_DEG, UNCONFIRMED_MM = 7.0, 5.0
 """Standard deviations of a bone that no X-ray shows clearly, and along the beam of the one that does, where another
 contradicts it."""
 
+HIDDEN_SHARE = 0.5
+"""Share behind metal at which a bone is as uncertain as one that no X-ray shows clearly."""
+
 CLIPPED_DEG, CLIPPED_MM = 1.5, 1.5
 """Standard deviations more where the CT was clipped to a window of soft tissue: edges of bones are not where the X-rays
 have them, and bones were up to 3.3 mm off."""
 
 
 def structure_uncertainties(
-    run: Run, joint: JointResult, agreement: Agreement, systematic: PoseUncertainty | None = None
+    run: Run,
+    joint: JointResult,
+    agreement: Agreement,
+    hidden: np.ndarray,
+    systematic: PoseUncertainty | None = None,
 ) -> dict[int, PoseUncertainty]:
     """Of every pose that was fitted.
 
@@ -45,6 +52,8 @@ def structure_uncertainties(
         Of the last level.
     agreement : Agreement
         Of the structures with the X-rays.
+    hidden : (K, N) ndarray
+        Shares, 0 to 1, of the structures that metal hides in each X-ray.
     systematic : PoseUncertainty, optional
         An error that all poses may have, whatever the images show.
 
@@ -64,6 +73,10 @@ def structure_uncertainties(
         stated[k] = each if np.isnan(contrast).all() else each.at_contrast(float(np.nanmean(contrast)))
         if not agreement.is_clear[k]:
             stated[k] = stated[k].with_error(PoseUncertainty.independent(UNCONFIRMED_DEG, UNCONFIRMED_MM))
+        covered = (float(hidden[k].mean()) / HIDDEN_SHARE) ** 2
+        if covered > 0:
+            behind = PoseUncertainty.independent(covered * UNCONFIRMED_DEG, covered * UNCONFIRMED_MM)
+            stated[k] = stated[k].with_error(behind)
         supporting = np.flatnonzero(agreement.supported[k]).tolist()
         if agreement.disputed[k] and len(supporting) == 1:
             beam = _beam(joint.cameras[supporting[0]], joint.poses[k], run.scene.centres[k])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from PolyPoseLib.registration.bones.agreement import Agreement
+from PolyPoseLib.registration.bones.visibility import Visibility
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
 from PolyPoseLib.registration.uncertainty.doubts import WIDE_MM, Evidence, disputed_warnings, doubts_about
-from PolyPoseLib.registration.uncertainty.visibility import Visibility
 
 SCENE = SimpleNamespace(names=("pelvis", "femur", "spine"), anchor=0, moving=[1, 2])
 NARROW, WIDE = (PoseUncertainty.independent(1.0, mm) for mm in (0.5 * WIDE_MM / 1.96, 1.5 * WIDE_MM / 1.96))

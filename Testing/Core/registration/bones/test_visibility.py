@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from PolyPoseLib.registration.bones.visibility import structure_visibility
 from PolyPoseLib.registration.fit.levels import Observation
-from PolyPoseLib.registration.uncertainty.visibility import structure_visibility
 
 FEMUR = 1
 

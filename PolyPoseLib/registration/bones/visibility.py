@@ -36,19 +36,15 @@ class Visibility:
     clipped: np.ndarray
 
 
-def structure_visibility(
-    scene: Scene, masks: Sequence[np.ndarray], observations: Sequence[Observation], poses: np.ndarray
-) -> Visibility:
+def structure_visibility(scene: Scene, observations: Sequence[Observation], poses: np.ndarray) -> Visibility:
     """Count the points of every structure by where they project.
 
     Parameters
     ----------
     scene : Scene
         The structures.
-    masks : sequence of (H, W) ndarray
-        bool, of the N X-rays as they were given.
     observations : sequence of Observation
-        The same with their cameras, and with the masks that were used.
+        The N X-rays with their cameras, and with what was left out of them.
     poses : (K, 4, 4) ndarray
         Fixed to moving.
 
@@ -62,12 +58,12 @@ def structure_visibility(
     for k, body in enumerate(scene.bodies(VOXEL_MM)):
         to_fixed = rigid_inverse(poses[k])
         points = body_points(body, POINTS) @ to_fixed[:3, :3].T + to_fixed[:3, 3]
-        for n, (mask, observation) in enumerate(zip(masks, observations, strict=True)):
-            given, used = (_at(points, observation, each) for each in (mask, observation.mask))
-            outside[k, n] = 1 - given.mean()
+        for n, observation in enumerate(observations):
+            outside[k, n] = 1 - _at(points, observation, observation.given).mean()
             if observation.clipped is not None:
                 clipped[k, n] = _at(points, observation, observation.clipped).mean()
-            hidden[k, n] = (given & ~used).mean() - clipped[k, n]
+            if observation.foreign is not None:
+                hidden[k, n] = _at(points, observation, observation.foreign).mean()
     return Visibility(outside, hidden, clipped)
 
 
