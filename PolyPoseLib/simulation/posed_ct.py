@@ -110,12 +110,12 @@ def pose_ct(
     nodes = _soft_field(given, held, ct, grid, tissue)
     determinants = jacobian_determinants(np.moveaxis(nodes, 0, -1), grid.node_affine)
     folds = 100 * float((determinants[~known] <= 0).mean()) if not known.all() else 0.0
-    hu, moved = _resample(
-        ct, structures.labels, labels, poses, nodes, grid, source_labels, ends == "continued"
-    )
-    if soft is not None and soft.lungs is not None:
-        _keep_lung_mass(hu, soft.lungs, ct, labels, nodes, determinants, grid)
-    return PosedCt(grid, hu, labels, nodes, moved, overlap, folds)
+    lungs = None if soft is None else soft.lungs
+    carried = [array for array in (source_labels, lungs) if array is not None]
+    hu, moved = _resample(ct, structures.labels, labels, poses, nodes, grid, carried, ends == "continued")
+    if lungs is not None:
+        keep_mass(hu, moved.pop(), determinants, grid)
+    return PosedCt(grid, hu, labels, nodes, moved[0] if moved else None, overlap, folds)
 
 
 def _place_bones(
@@ -203,12 +203,12 @@ def _resample(
     poses: list[np.ndarray],
     nodes: np.ndarray,
     grid: FixedGrid,
-    source: np.ndarray | None,
+    carried: list[np.ndarray],
     continued: bool,
-) -> tuple[np.ndarray, np.ndarray | None]:
-    """CT and full segmentation on the fixed grid, one slab of slices after another."""
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    """CT and label maps on the fixed grid, one slab of slices after another."""
     hu = np.empty(grid.shape, np.float32)
-    moved = None if source is None else np.zeros(grid.shape, source.dtype)
+    moved = [np.zeros(grid.shape, source.dtype) for source in carried]
     to_moving = np.linalg.inv(ct.affine)
     fill = _soft_fill(ct, moving_labels, grid.factor)
     for k in range(grid.shape[0]):
@@ -228,27 +228,9 @@ def _resample(
         if into_bone.any():
             at = index[:, into_bone] / np.array(grid.factor)[:, None]
             hu[k][into_bone[0]] = map_coordinates(fill, at, order=1, mode="nearest")
-        if source is not None and moved is not None:
-            moved[k] = np.where(into_bone, 0, _nearest(source, index))[0]
+        for source, out in zip(carried, moved, strict=True):
+            out[k] = np.where(into_bone, 0, _nearest(source, index))[0]
     return hu, moved
-
-
-def _keep_lung_mass(
-    hu: np.ndarray,
-    lungs: np.ndarray,
-    ct: Volume,
-    fixed_labels: np.ndarray,
-    nodes: np.ndarray,
-    determinants: np.ndarray,
-    grid: FixedGrid,
-) -> None:
-    """Let the density of lungs, (k, j, i) bool on the CT's grid, follow their volume; changes hu in place."""
-    to_moving = np.linalg.inv(ct.affine)
-    for k in range(grid.shape[0]):
-        index = _affine_indices(to_moving @ grid.affine, (k, 0, 0), (k + 1, *grid.shape[1:]))
-        index += np.tensordot(to_moving[:3, :3], node_slice(nodes, k, grid), axes=1)[::-1, None]
-        lung = _nearest(lungs, index)[0] & (fixed_labels[k] == 0)
-        keep_mass(hu[k], lung, determinants, k, grid)
 
 
 def _soft_fill(ct: Volume, labels: np.ndarray, factor: tuple[int, int, int]) -> np.ndarray:

@@ -71,7 +71,7 @@ class SoftMotion:
         return values, held | free
 
 
-def keep_mass(hu: np.ndarray, lungs: np.ndarray, determinants: np.ndarray, k: int, grid: FixedGrid) -> None:
+def keep_mass(hu: np.ndarray, lungs: np.ndarray, determinants: np.ndarray, grid: FixedGrid) -> None:
     """Scale the density of lungs by how much tissue comes to lie in their place.
 
     A volume element of the fixed frame holds the matter of J elements of the moving frame, J being the determinant of
@@ -79,21 +79,19 @@ def keep_mass(hu: np.ndarray, lungs: np.ndarray, determinants: np.ndarray, k: in
 
     Parameters
     ----------
-    hu : (j, i) array
-        Hounsfield units on slice k of the fixed grid, changed in place.
-    lungs : (j, i) array of bool
+    hu : (k, j, i) array
+        Hounsfield units on the fixed grid, changed in place.
+    lungs : (k, j, i) array of bool
         Which of it is lung.
     determinants : (k, j, i) array
         J on the grid's nodes.
-    k : int
-        The slice.
     grid : FixedGrid
-        Of the nodes.
+        Of both.
 
     """
-    if lungs.any():
-        ratio = np.maximum(node_slice(determinants[None], k, grid)[0][lungs], 0)
-        hu[lungs] = AIR_HU + (hu[lungs] - AIR_HU) * ratio
+    for k in np.flatnonzero(lungs.any(axis=(1, 2))):
+        ratio = np.maximum(node_slice(determinants[None], int(k), grid)[0][lungs[k]], 0)
+        hu[k][lungs[k]] = AIR_HU + (hu[k][lungs[k]] - AIR_HU) * ratio
 
 
 def node_slice(nodes: np.ndarray, k: int, grid: FixedGrid) -> np.ndarray:

@@ -45,6 +45,7 @@ def simulate(files, output, *more):
     return main(["simulate", *paths, structures, f"--output={output}", "--pixels=64", *more])
 
 
+@pytest.mark.slow
 def test_breathing_gives_a_study_with_every_rib(files, tmp_path):
     output = tmp_path / "case"
     assert simulate(files, output, "--motion", "breathing", "--amplitude", "15", "--format", "nifti") == 0
