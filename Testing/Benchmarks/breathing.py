@@ -17,7 +17,6 @@ import argparse
 import json
 import shutil
 import sys
-from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -185,32 +184,34 @@ def write_tables(rows: list[Row], path: Path) -> None:
             "lungs (rest)",
         ]
         head += ["liver (rest)", "heart (rest)", "failed", "silent", "exit", "CPU s"]
-        parts.append(table(head, [_cells(row) for row in sorted(mine, key=lambda row: row["seed"])]))
+        lines = [_cells(str(row["seed"]), [row]) for row in sorted(mine, key=lambda row: row["seed"])]
+        parts.append(table(head, lines + ([_cells("all", mine)] if len(mine) > 1 else [])))
     path.write_text("\n".join([*parts, machines(rows)]), encoding="utf-8")
 
 
 def describe(row: Row) -> str:
     """One line about a row."""
-    return f"seed {row['seed']} {row['bodies']} {row['mode']}: " + ", ".join(_cells(row)[1:])
+    return f"seed {row['seed']} {row['bodies']} {row['mode']}: " + ", ".join(_cells("", [row])[1:])
 
 
-def _cells(row: Row) -> list[str]:
-    """One line of a table."""
-    bones: Mapping[str, Row] = row.get("bones", {})
-    cameras = np.abs(np.array(row.get("cameras", [[np.nan] * 3]), float)).mean(axis=0)
-    failed = [bone for bone in bones.values() if bone["tre_mean_mm"] > FAILED_MM]
+def _cells(title: str, rows: list[Row]) -> list[str]:
+    """One line of a table: means over rows, and counts of all their bones."""
+    bones = [(name, bone) for row in rows for name, bone in row.get("bones", {}).items()]
+    cameras = [camera for row in rows for camera in row.get("cameras", [])]
+    mm, degrees, depth = np.abs(np.array(cameras or [[np.nan] * 3])).mean(axis=0)
+    failed = [bone for _, bone in bones if bone["tre_mean_mm"] > FAILED_MM]
     inside = sum(is_inside(bone) for bone in failed)
     return [
-        str(row["seed"]),
-        f"{cameras[1]:.2f} / {cameras[0]:.2f} / {cameras[2]:.1f}",
-        _error([bone for name, bone in bones.items() if name.startswith("rib_")]),
-        _error([bone for name, bone in bones.items() if name == "sternum"]),
-        f"{max((bone['tre_mean_mm'] for bone in bones.values()), default=float('nan')):.1f}",
-        *(_overlap(row, organ) for organ in ORGANS),
+        title,
+        f"{degrees:.2f} / {mm:.2f} / {depth:.1f}",
+        _error([bone for name, bone in bones if name.startswith("rib_")]),
+        _error([bone for name, bone in bones if name == "sternum"]),
+        f"{max((bone['tre_mean_mm'] for _, bone in bones), default=float('nan')):.1f}",
+        *(_overlap(rows, organ) for organ in ORGANS),
         f"{len(failed)} of {len(bones)} ({inside} inside)",
-        str(len(silent_failures(row))),
-        str(row["exit_status"]),
-        f"{row['cpu_seconds']:.0f}",
+        str(sum(len(silent_failures(row)) for row in rows)),
+        ", ".join(str(status) for status in sorted({row["exit_status"] for row in rows})),
+        f"{np.mean([row['cpu_seconds'] for row in rows]):.0f}",
     ]
 
 
@@ -222,10 +223,10 @@ def _error(bones: list[Row]) -> str:
     return f"{after:.2f} ({rest:.2f})"
 
 
-def _overlap(row: Row, organ: str) -> str:
+def _overlap(rows: list[Row], organ: str) -> str:
     """Dice after, and at rest."""
-    found = row.get("organs", {}).get(organ)
-    return "-" if not found else f"{found[0]:.3f} ({found[1]:.3f})"
+    found = np.array([row["organs"][organ] for row in rows if organ in row.get("organs", {})])
+    return f"{found[:, 0].mean():.3f} ({found[:, 1].mean():.3f})" if len(found) else "-"
 
 
 if __name__ == "__main__":
