@@ -80,33 +80,33 @@ def soft_organs(
 
     """
     left_share, heart_share = (float(np.clip(rng.normal(1, 0.1), 0.7, 1.3)) for _ in range(2))
-    few = _Few.of(anatomy)
+    sparse = _Sparse.of(anatomy)
     from_bone = np.asarray(
-        distance_transform_edt(few.take(anatomy.structures.labels == 0), sampling=few.spacing)
+        distance_transform_edt(sparse.take(anatomy.structures.labels == 0), sampling=sparse.spacing)
     )
-    heart = few.take(anatomy.organ("heart"))
-    halves = {side: few.take(anatomy.organ("lung", side)) for side in ("right", "left")}
+    heart = sparse.take(anatomy.organ("heart"))
+    halves = {side: sparse.take(anatomy.organ("lung", side)) for side in ("right", "left")}
     if not all(mask.any() for mask in halves.values()):
-        halves = {"right": few.take(lungs)}
-    dome, descent = _diaphragm(few, halves, heart, amplitude, left_share)
-    liver = few.inside(few.take(anatomy.organ("liver")))
-    beats = few.inside(heart)
+        halves = {"right": sparse.take(lungs)}
+    dome, descent = _diaphragm(sparse, halves, heart, amplitude, left_share)
+    liver = sparse.inside(sparse.take(anatomy.organ("liver")))
+    heart_core = sparse.inside(heart)
     parts = [(dome, descent.at(dome)), (liver, descent.at(liver))]
-    if len(beats):
-        height = (beats[:, 2] - beats[:, 2].min()) / max(float(np.ptp(beats[:, 2])), 1.0)
-        parts.append((beats, amplitude * heart_share * np.interp(height, (0, 1), HEART_SHARE)))
+    if len(heart_core):
+        height = (heart_core[:, 2] - heart_core[:, 2].min()) / max(float(np.ptp(heart_core[:, 2])), 1.0)
+        parts.append((heart_core, amplitude * heart_share * np.interp(height, (0, 1), HEART_SHARE)))
     points, depth = (np.concatenate(each) for each in zip(*parts, strict=True))
-    free = few.at(from_bone, points) > _REACH * depth
+    free = sparse.at(from_bone, points) > _REACH * depth
     displacements = np.zeros((int(free.sum()), 3))
     displacements[:, 2] = -depth[free]
     return SoftMotion(points[free], displacements, lungs)
 
 
 def _diaphragm(
-    few: _Few, halves: dict[str, np.ndarray], heart: np.ndarray, amplitude: float, left_share: float
+    sparse: _Sparse, halves: dict[str, np.ndarray], heart: np.ndarray, amplitude: float, left_share: float
 ) -> tuple[np.ndarray, Descent]:
     """Points (N, 3) of the lungs' lower faces, and how far they descend; halves: {side: (k, j, i) lung}."""
-    sides = {side: few.points(mask) for side, mask in halves.items()}
+    sides = {side: sparse.points(mask) for side, mask in halves.items()}
     every = np.concatenate(list(sides.values()))[:, :2]
     origin = every.min(0) - _CELL_MM
     shape = tuple(np.ceil((every.max(0) - origin) / _CELL_MM).astype(int) + 2)
@@ -117,7 +117,7 @@ def _diaphragm(
         order = np.lexsort((points[:, 2], cells))
         lowest = order[np.r_[True, np.diff(cells[order]) > 0]]
         face, cell = points[lowest], cells[lowest]
-        on_heart = np.any([few.at(heart, face - [0, 0, down]) for down in (2.5, 5.0, 7.5, 10.0)], axis=0)
+        on_heart = np.any([sparse.at(heart, face - [0, 0, down]) for down in (2.5, 5.0, 7.5, 10.0)], axis=0)
         chosen = (face[:, 2] < (points[:, 2].min() + points[:, 2].max()) / 2) & ~on_heart
         face, cell = face[chosen], cell[chosen]
         if not len(face):
@@ -135,8 +135,8 @@ def _diaphragm(
 
 
 @dataclass(frozen=True)
-class _Few:
-    """Every so-manieth voxel of the CT's grid, about _CELL_MM apart.
+class _Sparse:
+    """Every nth voxel of the CT's grid along each axis, about _CELL_MM apart.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ class _Few:
     step: tuple[slice, ...]
 
     @classmethod
-    def of(cls, anatomy: Anatomy) -> _Few:
+    def of(cls, anatomy: Anatomy) -> _Sparse:
         steps = [max(1, round(_CELL_MM / s)) for s in anatomy.spacing]
         affine = anatomy.affine.copy()
         affine[:3, :3] = affine[:3, :3] * steps[::-1]
