@@ -108,6 +108,8 @@ def _diaphragm(
     """Points (N, 3) of the lungs' lower faces, and how far they descend; halves: {side: (k, j, i) lung}."""
     sides = {side: sparse.points(mask) for side, mask in halves.items()}
     every = np.concatenate(list(sides.values()))[:, :2]
+    if not len(every):
+        return np.empty((0, 3)), Descent(np.zeros(2), np.zeros((1, 1)))
     origin = every.min(0) - _CELL_MM
     shape = tuple(np.ceil((every.max(0) - origin) / _CELL_MM).astype(int) + 2)
     depth = np.full(shape, np.nan)

@@ -156,6 +156,15 @@ def test_what_breathing_needs_is_named():
         named_posture("breathing", None, Anatomy(fused, anatomy.affine, "spine", source.voxels, LABELS), rng)
 
 
+def test_a_speck_of_lung_moves_no_diaphragm():
+    _, source, anatomy = anatomy_of()
+    labels = np.where(np.isin(source.voxels, LUNGS), 0, source.voxels)
+    labels[30, 20, 21] = LUNGS[0]
+    speck = Anatomy(anatomy.structures, anatomy.affine, NAMES[0], labels, LABELS)
+    posture = named_posture("breathing", None, speck, np.random.default_rng(0))
+    assert np.isfinite(posture.soft.displacements).all()
+
+
 def test_ribs_are_found_by_their_names():
     labels = np.arange(1, 5, dtype=np.int16).reshape(1, 1, 4)
     names = ("left rib 4", "rib_right_11", "ribs_left", "Fourth rib")
