@@ -12,6 +12,7 @@ from PolyPoseLib.cli._arguments import new_parser
 from PolyPoseLib.data.options import RANGES
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.files import read_text
+from PolyPoseLib.simulation.simulation_limits import AMPLITUDES, DRAWN
 
 if TYPE_CHECKING:
     from PolyPoseLib.simulation.simulate import SimulatedCase
@@ -118,7 +119,24 @@ def add_simulation(parser: argparse.ArgumentParser) -> None:
         "--pixels", type=int, default=400, metavar="N", help="rows and columns of an X-ray (default: 400)"
     )
     parser.add_argument(
-        "--motion-scale", type=float, default=1.0, metavar="X", help="factor on the motions (default: 1)"
+        "--motion",
+        choices=(DRAWN, *AMPLITUDES),
+        default=DRAWN,
+        help="drawn at random about every joint, or one of these (default: drawn)",
+    )
+    usual = ", ".join(f"{name} {each.usual:g} {each.unit}" for name, each in AMPLITUDES.items())
+    parser.add_argument(
+        "--amplitude",
+        type=float,
+        metavar="X",
+        help=f"how far a named motion goes: descent of the diaphragm, or an angle (default: {usual})",
+    )
+    parser.add_argument(
+        "--motion-scale",
+        type=float,
+        default=1.0,
+        metavar="X",
+        help="factor on motions that are drawn at random (default: 1)",
     )
     parser.add_argument(
         "--rotation-error",
@@ -182,7 +200,7 @@ def write_simulation(
 
     camera, distance = getattr(arguments, "camera", "initial"), view_distances(arguments)[0]
     with claimed_folder(output, overwrite=False) as claim:
-        grouping = groups, _, table = read_structures(structures_path)
+        grouping = groups, _, table = _moving_apart(read_structures(structures_path), arguments.motion)
         case = simulate(ct_path, labels_path, grouping, arguments)
         organ_names = label_table(table) if table else None
         require_space(output, _bytes_of(case))
@@ -238,6 +256,9 @@ def check_simulation(arguments: argparse.Namespace) -> None:
     ):
         value, name = getattr(arguments, argument), f"--{argument.replace('_', '-')}"
         limits.require_in_range(value, limits.OPTIONS[option], name)
+    limits.require_motion(arguments.motion, arguments.amplitude, ("--motion", "--amplitude"))
+    if arguments.motion != DRAWN and arguments.motion_scale != 1:
+        raise InputError("--motion-scale is of motions drawn at random: give --amplitude with --motion.")
     view_distances(arguments)
 
 
@@ -286,6 +307,8 @@ def simulate(
     )
     options = SimulationOptions(
         motion_scale=arguments.motion_scale,
+        motion=arguments.motion,
+        amplitude=arguments.amplitude,
         rotation_deg=arguments.rotation_error,
         translation_mm=arguments.translation_error,
     )
@@ -297,7 +320,20 @@ def simulate(
         options=options,
         anchor=anchor,
         source_labels=segmentation.on_grid(0, ct),
+        organ_names=label_table(table) if table else None,
     )
+
+
+def _moving_apart(grouping: Grouping, motion: str) -> Grouping:
+    """Structures that a motion takes apart, one by one: in breathing, every rib."""
+    from PolyPoseLib.data.label_names import label_table
+    from PolyPoseLib.simulation.breathing import separate_ribs
+
+    groups, anchor, table = grouping
+    if motion != "breathing" or table is None:
+        return grouping
+    apart, anchor = separate_ribs(groups, anchor, label_table(table))
+    return apart, anchor, table
 
 
 def view_distances(arguments: argparse.Namespace) -> tuple[float, float]:

@@ -28,7 +28,8 @@ class Truth:
     cameras : list of Camera
         The true ones, in the order of the X-rays.
     moving_labels, fixed_labels : Volume
-        Structure numbers in the CT's posture and in the X-rays', on the CT's grid.
+        Structure numbers in the CT's posture and in the X-rays', on the CT's grid; it is widened where a bone moved
+        out of it.
     fixed_ct : Volume
         HU in the X-rays' posture.
     field : DisplacementField

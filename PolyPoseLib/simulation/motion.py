@@ -65,6 +65,7 @@ _PARENT_WORDS = {
     "clavic": ("sternum",),
     "sternum": ("ribs",),
     "tibia": ("femur",),
+    "fibula": ("tibia", "femur"),
     "leg": ("femur",),
     "patella": ("femur",),
     "foot": ("leg", "tibia"),
@@ -188,7 +189,7 @@ def draw_motions(
         raise InputError(f"The anchor {anchor!r} is not among the structures {', '.join(structures.names)}.")
     points = structure_points(structures, affine)
     sampler = _LabelSampler(structures, affine)
-    order = _parents(points, anchor)
+    order = joint_order(points, anchor)
     spine = [name for name, _ in order if bone_kind(name) == "spine"]
     spine_turns = dict(zip(spine, _spine_turns(len(spine), rng), strict=True))
     placed = {anchor: np.eye(4)}
@@ -249,7 +250,7 @@ def _sphere_centre(points: np.ndarray) -> np.ndarray | None:
     return solution[:3] if _HEAD_RADIUS_MM[0] < radius < _HEAD_RADIUS_MM[1] else None
 
 
-def _parents(points: dict[str, np.ndarray], anchor: str) -> list[tuple[str, str]]:
+def joint_order(points: dict[str, np.ndarray], anchor: str) -> list[tuple[str, str]]:
     """Structures other than the anchor with their parents, parents first."""
     thin = {name: _thin(p, 3000) for name, p in points.items()}
     trees = {name: KDTree(p) for name, p in thin.items()}

@@ -11,69 +11,19 @@ from scipy.ndimage import binary_opening, distance_transform_edt, find_objects, 
 
 from PolyPoseLib.geometry.grid import connected_components
 from PolyPoseLib.simulation.elastic import solve_elastic
-from PolyPoseLib.simulation.harmonic import interpolate_axis, jacobian_determinants, solve_laplace
+from PolyPoseLib.simulation.fixed_grid import FixedGrid, room_for
+from PolyPoseLib.simulation.harmonic import jacobian_determinants, solve_laplace
 from PolyPoseLib.simulation.motion import apply
 from PolyPoseLib.simulation.nearest import nearest_known
+from PolyPoseLib.simulation.soft_motion import AIR_HU, SoftMotion, keep_mass, node_slice
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.structures import Structures
     from PolyPoseLib.data.volume import Volume
 
-AIR_HU = -1000.0
 BODY_HU = -400.0
 _KNOWN_SHARE = 0.15
 """A node's displacement is a bone's when at least this share of its cell lies inside bone."""
-
-
-@dataclass(frozen=True)
-class FixedGrid:
-    """The CT's grid widened by whole voxels, and the coarser nodes of the soft field on it.
-
-    Attributes
-    ----------
-    affine : (4, 4) array
-        Index (i, j, k) to LPS mm of the widened grid.
-    shape, pad, factor : tuple[int, int, int]
-        Along (k, j, i): voxels, voxels added at each end, and voxels between nodes. Node n sits on voxel n * factor.
-
-    """
-
-    affine: np.ndarray
-    shape: tuple[int, int, int]
-    pad: tuple[int, int, int]
-    factor: tuple[int, int, int]
-
-    @classmethod
-    def around(cls, ct: Volume, pad_mm: float, node_mm: float) -> FixedGrid:
-        """Widen the CT's grid by pad_mm on every side with nodes about node_mm apart."""
-        spacing = ct.spacing[::-1]
-        pad = _three(int(np.ceil(pad_mm / s)) for s in spacing)
-        factor = _three(max(1, round(node_mm / s)) for s in spacing)
-        affine = ct.affine.copy()
-        affine[:3, 3] = ct.to_world(-np.array(pad[::-1], dtype=np.float64))
-        return cls(affine, _three(n + 2 * p for n, p in zip(ct.shape, pad, strict=True)), pad, factor)
-
-    @property
-    def node_shape(self) -> tuple[int, int, int]:
-        """Nodes along (k, j, i); the last may lie past the last voxel."""
-        return _three(-(-(n - 1) // f) + 1 for n, f in zip(self.shape, self.factor, strict=True))
-
-    @property
-    def node_affine(self) -> np.ndarray:
-        """(4, 4) node index (i, j, k) to LPS mm."""
-        affine = self.affine.copy()
-        affine[:3, :3] = affine[:3, :3] * np.array(self.factor[::-1])
-        return affine
-
-    def core(self, array: np.ndarray) -> np.ndarray:
-        """The part of an array (k, j, i) on this grid that is the CT's own grid."""
-        return array[tuple(slice(p, n - p) for p, n in zip(self.pad, self.shape, strict=True))]
-
-
-def _three(values: Iterable[int]) -> tuple[int, int, int]:
-    """Numbers along (k, j, i)."""
-    k, j, i = values
-    return k, j, i
 
 
 @dataclass(frozen=True)
@@ -117,6 +67,7 @@ def pose_ct(
     pad_mm: float = 20.0,
     ends: str = "cut",
     tissue: str = "harmonic",
+    soft: SoftMotion | None = None,
 ) -> PosedCt:
     """Move the bones of a CT rigidly and let soft tissue follow.
 
@@ -137,29 +88,34 @@ def pose_ct(
     node_mm : float
         Distance of the nodes on which the soft tissue's equation is solved.
     pad_mm : float
-        Room around the CT's grid for anatomy that moves out of it.
+        Least room around the CT's grid; it grows where a bone moves farther out.
     ends : {"cut", "continued"}
         "cut" leaves air beyond the CT, "continued" repeats its end slices.
     tissue : {"harmonic", "elastic"}
         Law of the soft tissue, see :mod:`PolyPoseLib.simulation.harmonic` and :mod:`PolyPoseLib.simulation.elastic`.
+    soft : SoftMotion, optional
+        Displacements that soft organs are given besides, and lungs whose density follows their volume.
 
     Returns
     -------
     PosedCt
-        On the CT's grid widened by pad_mm.
+        On the CT's grid, widened.
 
     """
-    grid = FixedGrid.around(ct, pad_mm, node_mm)
     poses = [fixed_to_moving.get(name, np.eye(4)) for name in structures.names]
+    grid = FixedGrid.around(ct, pad_mm, node_mm, room_for(structures, ct.affine, poses))
     labels, overlap = _place_bones(structures, ct.affine, poses, grid)
     values, known = _bone_field(labels, poses, grid)
-    nodes = _soft_field(values, known, ct, grid, tissue)
+    given, held = (values, known) if soft is None else soft.add_to(values, known, grid)
+    nodes = _soft_field(given, held, ct, grid, tissue)
     determinants = jacobian_determinants(np.moveaxis(nodes, 0, -1), grid.node_affine)
     folds = 100 * float((determinants[~known] <= 0).mean()) if not known.all() else 0.0
-    hu, moved = _resample(
-        ct, structures.labels, labels, poses, nodes, grid, source_labels, ends == "continued"
-    )
-    return PosedCt(grid, hu, labels, nodes, moved, overlap, folds)
+    lungs = None if soft is None else soft.lungs
+    carried = [array for array in (source_labels, lungs) if array is not None]
+    hu, moved = _resample(ct, structures.labels, labels, poses, nodes, grid, carried, ends == "continued")
+    if lungs is not None:
+        keep_mass(hu, moved.pop(), determinants, grid)
+    return PosedCt(grid, hu, labels, nodes, moved[0] if moved else None, overlap, folds)
 
 
 def _place_bones(
@@ -247,17 +203,17 @@ def _resample(
     poses: list[np.ndarray],
     nodes: np.ndarray,
     grid: FixedGrid,
-    source: np.ndarray | None,
+    carried: list[np.ndarray],
     continued: bool,
-) -> tuple[np.ndarray, np.ndarray | None]:
-    """CT and full segmentation on the fixed grid, one slab of slices after another."""
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    """CT and label maps on the fixed grid, one slab of slices after another."""
     hu = np.empty(grid.shape, np.float32)
-    moved = None if source is None else np.zeros(grid.shape, source.dtype)
+    moved = [np.zeros(grid.shape, source.dtype) for source in carried]
     to_moving = np.linalg.inv(ct.affine)
     fill = _soft_fill(ct, moving_labels, grid.factor)
     for k in range(grid.shape[0]):
         index = _affine_indices(to_moving @ grid.affine, (k, 0, 0), (k + 1, *grid.shape[1:]))
-        index += np.tensordot(to_moving[:3, :3], _slice_field(nodes, k, grid), axes=1)[::-1, None]
+        index += np.tensordot(to_moving[:3, :3], node_slice(nodes, k, grid), axes=1)[::-1, None]
         if continued:
             np.clip(index[0], 0, ct.shape[0] - 1, out=index[0])
         here = fixed_labels[k : k + 1]
@@ -272,8 +228,8 @@ def _resample(
         if into_bone.any():
             at = index[:, into_bone] / np.array(grid.factor)[:, None]
             hu[k][into_bone[0]] = map_coordinates(fill, at, order=1, mode="nearest")
-        if source is not None and moved is not None:
-            moved[k] = np.where(into_bone, 0, _nearest(source, index))[0]
+        for source, out in zip(carried, moved, strict=True):
+            out[k] = np.where(into_bone, 0, _nearest(source, index))[0]
     return hu, moved
 
 
@@ -283,13 +239,6 @@ def _soft_fill(ct: Volume, labels: np.ndarray, factor: tuple[int, int, int]) -> 
     bone = labels[step] > 0
     grown = bone | (np.asarray(distance_transform_edt(~bone, sampling=factor * ct.spacing[::-1])) < 2.5)
     return np.minimum(ct.voxels[step], 150)[nearest_known(grown)].astype(np.float32)
-
-
-def _slice_field(nodes: np.ndarray, k: int, grid: FixedGrid) -> np.ndarray:
-    """Displacement (3, j, i) in mm on one slice of the fixed grid."""
-    field = interpolate_axis(nodes, np.array([k / grid.factor[0]]), 1)[:, 0]
-    field = interpolate_axis(field, np.arange(grid.shape[1]) / grid.factor[1], 1)
-    return interpolate_axis(field, np.arange(grid.shape[2]) / grid.factor[2], 2)
 
 
 def _affine_indices(matrix: np.ndarray, start: Iterable[int], stop: Iterable[int]) -> np.ndarray:

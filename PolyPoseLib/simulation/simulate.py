@@ -7,7 +7,7 @@ scatter, saturation and rounding.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -19,14 +19,22 @@ from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at
 from PolyPoseLib.simulation import independent_projector, simulation_limits
-from PolyPoseLib.simulation.motion import JointMotion, apply, draw_motions, rigid_about, structure_points
+from PolyPoseLib.simulation.case_statistics import case_statistics
+from PolyPoseLib.simulation.motion import JointMotion, apply, draw_motions, rigid_about
+from PolyPoseLib.simulation.named_motions import Anatomy, Posture, named_posture
 from PolyPoseLib.simulation.posed_ct import pose_ct
-from PolyPoseLib.simulation.simulation_limits import require_distances, require_few_pixels, require_in_range
+from PolyPoseLib.simulation.simulation_limits import (
+    DRAWN,
+    require_distances,
+    require_few_pixels,
+    require_in_range,
+    require_motion,
+)
 from PolyPoseLib.simulation.xray_physics import XrayPhysics, measure
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.structures import Structures
-    from PolyPoseLib.simulation.posed_ct import PosedCt
+    from PolyPoseLib.simulation.soft_motion import SoftMotion
 
 INITIAL_ROTATION_DEG = 4.0
 INITIAL_TRANSLATION_MM = 15.0
@@ -47,7 +55,7 @@ class SimulationOptions:
     node_mm : float
         Grid of the soft field.
     pad_mm : float
-        Room around the CT for anatomy that moves out of it.
+        Least room around the CT for anatomy that moves out of it; it grows where a bone moves farther.
     ends : str
         "cut" or "continued" (the end slices go on beyond the CT).
     slide_mm : float
@@ -60,6 +68,11 @@ class SimulationOptions:
         "auto", "rtk" or "sum".
     tissue : str
         Law of the soft tissue, "harmonic" or "elastic" (which is slower: give a node_mm of 8 or so).
+    motion : str
+        "drawn" turns every bone about its joint at random; "breathing", "gait", "flexion" and "jaw" are named ones, see
+        :mod:`PolyPoseLib.simulation.named_motions`.
+    amplitude : float, optional
+        Of a named motion: mm by which the diaphragm descends, degrees of the others; the usual one by default.
 
     """
 
@@ -73,11 +86,14 @@ class SimulationOptions:
     translation_mm: float = INITIAL_TRANSLATION_MM
     projector: str = "auto"
     tissue: str = "harmonic"
+    motion: str = DRAWN
+    amplitude: float | None = None
 
     def __post_init__(self) -> None:
         """Check the ranges; raises InputError."""
         for name, limits in simulation_limits.OPTIONS.items():
             require_in_range(getattr(self, name), limits, f"The simulation's {name}")
+        require_motion(self.motion, self.amplitude, ("The simulation's motion", "The simulation's amplitude"))
         if self.ends not in ("cut", "continued"):
             raise InputError('The simulation\'s ends must be "cut" or "continued".')
         if self.tissue not in ("harmonic", "elastic"):
@@ -103,13 +119,16 @@ class SimulatedCase:
     fixed_to_moving : dict[str, np.ndarray]
         {structure: true motion (4, 4), LPS mm}.
     fixed_ct, fixed_labels : Volume
-        The CT in HU and the structure numbers in the fixed posture, on the CT's grid.
+        The CT in HU and the structure numbers in the fixed posture, on the CT's grid, which is widened where a bone
+        moves out of it.
     field : DisplacementField
         The true displacement, fixed to moving, on the nodes of the soft field; rigid in bones.
     source_labels, fixed_source_labels : Volume, optional
         The full segmentation in both postures, when one was given.
     joints : dict[str, JointMotion]
         How the motions were drawn; empty when they were given.
+    soft : SoftMotion, optional
+        What soft organs did by themselves, in a named motion.
     statistics : dict
         Numbers per structure and for the case (rest TRE in mm, overlap, share in each view, folds in percent).
     options : SimulationOptions
@@ -133,6 +152,7 @@ class SimulatedCase:
     source_labels: Volume | None
     fixed_source_labels: Volume | None
     joints: dict[str, JointMotion]
+    soft: SoftMotion | None
     statistics: dict
     options: SimulationOptions
     seed: int
@@ -147,6 +167,7 @@ def simulate_case(
     options: SimulationOptions | None = None,
     anchor: str | None = None,
     source_labels: Volume | None = None,
+    organ_names: Mapping[int, str] | None = None,
 ) -> SimulatedCase:
     """Make a case with a known truth.
 
@@ -157,7 +178,8 @@ def simulate_case(
     structures : Structures
         Labels on the CT's grid.
     motions : dict[str, np.ndarray], optional
-        {structure: (4, 4) moving to fixed, LPS mm}; a structure that is missing stays. Drawn at random by default.
+        {structure: (4, 4) moving to fixed, LPS mm}; a structure that is missing stays. As the options' motion by
+        default.
     cameras : Sequence[Camera], optional
         True cameras; two views of the structures 30 degrees apart by default.
     seed : int
@@ -168,6 +190,8 @@ def simulate_case(
         The structure that stays; the first one by default.
     source_labels : Volume, optional
         The full segmentation on the CT's grid, to be moved likewise (for soft organs).
+    organ_names : Mapping[int, str], optional
+        Names of its labels: breathing looks for the lungs, the liver and the heart among them.
 
     Returns
     -------
@@ -184,10 +208,10 @@ def simulate_case(
     anchor = anchor or structures.names[0]
     _check(ct, structures, motions, anchor, source_labels)
     draw, noise, initial = (np.random.default_rng(stream) for stream in np.random.SeedSequence(seed).spawn(3))
-    joints: dict[str, JointMotion] = {}
+    posture = Posture({})
     if motions is None:
-        joints = draw_motions(structures, ct.affine, anchor, draw, options.slide_mm, options.motion_scale)
-        motions = {name: joint.moving_to_fixed for name, joint in joints.items()}
+        posture = _posture(ct, structures, anchor, draw, options, source_labels, organ_names or {})
+        motions = {name: joint.moving_to_fixed for name, joint in posture.joints.items()}
     fixed_to_moving = {name: np.linalg.inv(motions.get(name, np.eye(4))) for name in structures.names}
     posed = pose_ct(
         ct,
@@ -198,12 +222,15 @@ def simulate_case(
         options.pad_mm,
         options.ends,
         options.tissue,
+        posture.soft,
     )
     centre = structures_centre(structures, ct.affine)
     cameras = list(cameras) if cameras is not None else view_cameras(ct, isocenter=centre)
     attenuation = Volume(hounsfield_to_attenuation(posed.hu), posed.grid.affine)
     clean = [independent_projector.project(attenuation, camera, options.projector) for camera in cameras]
     grid = posed.grid
+    box = grid.box_with(posed.labels > 0)
+    affine = ct.affine if box == grid.core_box else grid.affine_of(box)
     return SimulatedCase(
         ct=ct,
         structures=structures,
@@ -216,18 +243,38 @@ def simulate_case(
             for camera in cameras
         ],
         fixed_to_moving=fixed_to_moving,
-        fixed_ct=Volume(np.ascontiguousarray(grid.core(posed.hu)), ct.affine),
-        fixed_labels=Volume(np.ascontiguousarray(grid.core(posed.labels)), ct.affine),
+        fixed_ct=Volume(np.ascontiguousarray(posed.hu[box]), affine),
+        fixed_labels=Volume(np.ascontiguousarray(posed.labels[box]), affine),
         field=DisplacementField(np.ascontiguousarray(np.moveaxis(posed.nodes, 0, -1)), grid.node_affine),
         source_labels=source_labels,
         fixed_source_labels=None
         if posed.source_labels is None
-        else Volume(np.ascontiguousarray(grid.core(posed.source_labels)), ct.affine),
-        joints=joints,
-        statistics=_statistics(ct, structures, fixed_to_moving, cameras, posed),
+        else Volume(np.ascontiguousarray(posed.source_labels[box]), affine),
+        joints=posture.joints,
+        soft=posture.soft,
+        statistics=case_statistics(ct, structures, fixed_to_moving, cameras, posed),
         options=options,
         seed=seed,
     )
+
+
+def _posture(
+    ct: Volume,
+    structures: Structures,
+    anchor: str,
+    rng: np.random.Generator,
+    options: SimulationOptions,
+    source_labels: Volume | None,
+    organ_names: Mapping[int, str],
+) -> Posture:
+    """The posture that the options ask for."""
+    if options.motion == DRAWN:
+        return Posture(
+            draw_motions(structures, ct.affine, anchor, rng, options.slide_mm, options.motion_scale)
+        )
+    labels = None if source_labels is None else source_labels.voxels
+    anatomy = Anatomy(structures, ct.affine, anchor, labels, organ_names)
+    return named_posture(options.motion, options.amplitude, anatomy, rng)
 
 
 def view_cameras(
@@ -303,13 +350,6 @@ def perturbed_camera(
     return camera.with_extrinsic(camera.extrinsic @ error)
 
 
-def share_in_view(camera: Camera, points: np.ndarray) -> float:
-    """Share (0 to 1) of points (N, 3) in LPS mm that fall onto the detector."""
-    pixels = camera.project(points)
-    inside = (pixels >= -0.5) & (pixels < np.array([camera.width, camera.height]) - 0.5)
-    return float(inside.all(axis=1).mean())
-
-
 def _check(
     ct: Volume,
     structures: Structures,
@@ -333,22 +373,3 @@ def _check(
             )
     if motions and not np.allclose(motions.get(anchor, np.eye(4)), np.eye(4)):
         raise InputError(f"The anchor {anchor!r} defines the cameras and cannot move: leave out its motion.")
-
-
-def _statistics(
-    ct: Volume, structures: Structures, poses: dict[str, np.ndarray], cameras: list[Camera], posed: PosedCt
-) -> dict:
-    """Rest TRE (mean and largest distance that voxels travel, mm), overlap, share of voxels in view, folds."""
-    table = {}
-    for name, points in structure_points(structures, ct.affine).items():
-        fixed = apply(np.linalg.inv(poses[name]), points)
-        travel = np.linalg.norm(fixed - points, axis=1)
-        turn = np.degrees(np.arccos(np.clip((np.trace(poses[name][:3, :3]) - 1) / 2, -1, 1)))
-        table[name] = {
-            "rest_tre_mean_mm": float(travel.mean()),
-            "rest_tre_max_mm": float(travel.max()),
-            "rotation_deg": float(turn),
-            "overlap": posed.overlap.get(name, 0.0),
-            "in_view": [share_in_view(camera, fixed) for camera in cameras],
-        }
-    return {"structures": table, "folds_percent_outside_bones": posed.folds_percent}

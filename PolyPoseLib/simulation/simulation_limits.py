@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from PolyPoseLib.data.xray import DISTANCE_RANGE_MM
-from PolyPoseLib.errors import InputError, shown
+from PolyPoseLib.errors import InputError, shown, unknown_name
 
 VIEWS = (1, 500)
 """X-rays of one case."""
@@ -24,6 +26,39 @@ OPTIONS: dict[str, tuple[float, float]] = {
 }
 """Least and largest values of the simulation's options."""
 
+DRAWN = "drawn"
+"""The motion in which every bone turns about its joint at random."""
+
+
+@dataclass(frozen=True)
+class Amplitude:
+    """How far a named motion goes.
+
+    Attributes
+    ----------
+    unit, meaning : str
+        What the number says.
+    usual : float
+        When none is given.
+    largest : float
+        The least is 0, which is rest.
+
+    """
+
+    unit: str
+    meaning: str
+    usual: float
+    largest: float
+
+
+AMPLITUDES = {
+    "breathing": Amplitude("mm", "by which the right half of the diaphragm descends", 20.0, 60.0),
+    "gait": Amplitude("degrees", "of flexion of the leading hip", 30.0, 60.0),
+    "flexion": Amplitude("degrees", "at the hips, else the knees, else the elbows", 45.0, 120.0),
+    "jaw": Amplitude("degrees", "by which the mouth opens", 15.0, 40.0),
+}
+"""Named motions."""
+
 ARC_DEG = (-360.0, 360.0)
 
 
@@ -32,6 +67,20 @@ def require_in_range(value: float, limits: tuple[float, float], name: str, kind:
     least, largest = limits
     if not least <= value <= largest:
         raise InputError(f"{name} is {shown(value)}: give a {kind} from {least:g} to {largest:g}.")
+
+
+def require_motion(
+    motion: str, amplitude: float | None, names: tuple[str, str] = ("motion", "amplitude")
+) -> None:
+    """Raise InputError unless a motion is drawn or named, and its amplitude within limits; names: of the two."""
+    if motion not in (DRAWN, *AMPLITUDES):
+        raise InputError(unknown_name("motion", motion, (DRAWN, *AMPLITUDES)))
+    if amplitude is None:
+        return
+    if motion == DRAWN:
+        raise InputError(f"{names[1]} is that of a named motion: give {names[0]} as well, or leave it out.")
+    limits = AMPLITUDES[motion]
+    require_in_range(amplitude, (0.0, limits.largest), names[1], f"number of {limits.unit}")
 
 
 def require_few_pixels(views: int, pixels: int, names: tuple[str, str] = ("views", "pixels")) -> None:

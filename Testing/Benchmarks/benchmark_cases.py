@@ -81,8 +81,12 @@ def case_folder(
     work: Path,
     options: SimulationOptions | None = None,
     name: str = "",
+    groups: Mapping[str, list[int]] | None = None,
 ) -> Path:
-    """The folder of one case, simulated unless it is there already; name: of options that are not the usual ones."""
+    """The folder of one case, simulated unless it is there already.
+
+    name: of options that are not the usual ones; groups: labels of other structures than STRUCTURES, anchor first.
+    """
     options = options or SimulationOptions()
     folder = work / "-".join(part for part in (anatomy, views, f"{pixels}px", f"seed{seed}", name) if part)
     settings = json.dumps({"options": repr(options)})
@@ -91,7 +95,9 @@ def case_folder(
         return folder
     if folder.exists():
         raise SystemExit(f"{folder} holds a case of other settings or an unfinished one: remove it.")
-    ct, structures, labels, organ_names = load_anatomy(anatomy)
+    ct, _, labels, organ_names = load_anatomy(anatomy)
+    groups = dict(groups or STRUCTURES[anatomy])
+    structures = structures_from_labels(labels, groups, ct)
     count, arc = parse_views(views)
     isocenter = structures_centre(structures, ct.affine)
     to_detector, to_isocenter = DISTANCES_MM[anatomy]
@@ -110,8 +116,9 @@ def case_folder(
         seed=seed,
         options=options,
         source_labels=labels,
+        organ_names=organ_names,
     )
-    write_case(case, folder, STRUCTURES[anatomy], organ_names, source_to_detector_mm=to_detector)
+    write_case(case, folder, groups, organ_names, source_to_detector_mm=to_detector)
     stamp.write_text(settings)
     return folder
 

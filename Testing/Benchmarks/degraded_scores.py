@@ -28,7 +28,9 @@ _FLAG = re.compile(
 """Words of a warning that tells a person not to rely on the bone it names."""
 
 
-def score_folder(output: Path, truth: Truth, given_to_true: np.ndarray) -> dict[str, Any]:
+def score_folder(
+    output: Path, truth: Truth, given_to_true: np.ndarray, stands_for: Mapping[str, str] | None = None
+) -> dict[str, Any]:
     """Errors, flags and intervals of a result folder.
 
     Parameters
@@ -39,20 +41,24 @@ def score_folder(output: Path, truth: Truth, given_to_true: np.ndarray) -> dict[
     given_to_true : ndarray (4, 4)
         From the world of the CT that was given to that of the true one. Errors are distances between where a voxel of
         the CT is found and where it really is, wherever the given CT's header puts it.
+    stands_for : {str: str}, optional
+        {structure of the truth: structure of the result} where a study fused bones that the truth moves apart; such
+        bones have their body's flag, and no interval.
 
     Returns
     -------
     dict
         "bones" {name of every structure but the anchor: {"tre_mean_mm", "tre_max_mm", "rest_mm", "flagged",
         "interval_ratio": Mahalanobis distance of the pose over its 95 % quantile, None without an interval,
-        "along_mm", "across_mm": half width of the stated interval}}, "cameras" [projection error in mm, degrees],
-        "distrust", "warnings".
+        "along_mm", "across_mm": half width of the stated interval}}, "cameras" [projection error in mm, degrees,
+        error of the anchor's depth along the view in mm], "distrust", "warnings".
     """
     result = json.loads((output / "result.json").read_text(encoding="utf-8"))
     names = truth.names
+    bodies = {name: (stands_for or {}).get(name, name) for name in names}
     labels = truth.moving_labels
     true = np.stack([truth.fixed_to_moving[name] for name in names])
-    given = [np.array(result["structures"][name]["fixed_to_moving"]) for name in names]
+    given = [np.array(result["structures"][bodies[name]]["fixed_to_moving"]) for name in names]
     found = np.stack([given_to_true @ pose for pose in given])
     errors = structure_errors(labels.voxels, labels.affine, names, true, found)
     rest = structure_errors(labels.voxels, labels.affine, names, true, np.tile(np.eye(4), (len(names), 1, 1)))
@@ -60,13 +66,13 @@ def score_folder(output: Path, truth: Truth, given_to_true: np.ndarray) -> dict[
     for n, name in enumerate(names):
         if name == truth.anchor:
             continue
-        stated = result["structures"][name].get("uncertainty")
+        stated = result["structures"][name].get("uncertainty") if bodies[name] == name else None
         centroid = mask_points(labels.voxels == n + 1, labels.affine).mean(axis=0)
         bones[name] = {
             "tre_mean_mm": errors[name]["mean"],
             "tre_max_mm": errors[name]["max"],
             "rest_mm": rest[name]["mean"],
-            "flagged": is_flagged(name, result),
+            "flagged": is_flagged(bodies[name], result),
             "interval_ratio": _ratio(true[n], given_to_true, given[n], centroid, stated),
             "along_mm": None if stated is None else stated["along_mm"],
             "across_mm": None if stated is None else max(stated["across_mm"]),
@@ -185,7 +191,10 @@ def _ratio(
 
 
 def _camera_error(true: Camera, found: Mapping[str, Any], truth: Truth) -> list[float]:
-    """Error of the anchor's projected points in mm and of the rotation in degrees."""
+    """Error of the anchor's projected points in mm, of the rotation in degrees, and of the anchor's depth in mm."""
     camera = Camera(np.array(found["K"]), np.array(found["extrinsic"]), found["height"], found["width"])
     errors = camera_errors(true, camera, truth)
-    return [errors["projection_mean_mm"], errors["rotation_deg"]]
+    labels = truth.moving_labels
+    anchor = mask_points(labels.voxels == truth.names.index(truth.anchor) + 1, labels.affine).mean(axis=0)
+    depth = (camera.extrinsic @ np.append(anchor, 1))[2] - (true.extrinsic @ np.append(anchor, 1))[2]
+    return [errors["projection_mean_mm"], errors["rotation_deg"], float(depth)]

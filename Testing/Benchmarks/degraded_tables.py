@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from benchmark_store import machines
 from benchmark_tables import table
 from degraded_scores import (
     coverage,
@@ -41,7 +42,7 @@ def write_degraded_tables(rows: list[Row], path: Path) -> None:
     parts = ["# Degraded X-rays and inputs\n", totals(rows), LEGEND]
     for anatomy in dict.fromkeys(row["anatomy"] for row in rows):
         parts += [f"## {anatomy}\n", kinds_table([row for row in rows if row["anatomy"] == anatomy])]
-    parts += ["## Coverage against the stated interval\n", coverage_table(rows), _machines(rows)]
+    parts += ["## Coverage against the stated interval\n", coverage_table(rows), machines(rows)]
     path.write_text("\n".join(parts), encoding="utf-8")
     _plot(rows, path.with_name(f"{path.stem}_coverage.png"))
 
@@ -94,7 +95,7 @@ def kinds_table(rows: list[Row]) -> str:
         lines.append(
             [
                 kind + mark,
-                _millimetres(bones),
+                millimetres(bones),
                 _against_clean(mine, rows),
                 exits,
                 f"{sum(bone['flagged'] for bone in bones)}/{len(bones)}",
@@ -129,13 +130,13 @@ def describe(row: Row) -> str:
     bones = list(row.get("bones", {}).values())
     silent = ", ".join(silent_failures(row))
     return (
-        f"{row['anatomy']} seed {row['seed']} {row['kind']}: exit {row['exit_status']}, {_millimetres(bones)} mm"
+        f"{row['anatomy']} seed {row['seed']} {row['kind']}: exit {row['exit_status']}, {millimetres(bones)} mm"
         + (f", silent: {silent}" if silent else "")
         + f", {row['wall_seconds']:.0f} s"
     )
 
 
-def _millimetres(bones: list[dict[str, Any]]) -> str:
+def millimetres(bones: list[dict[str, Any]]) -> str:
     """Mean and worst error."""
     errors = [bone["tre_mean_mm"] for bone in bones]
     return f"{np.mean(errors):.2f} / {np.max(errors):.2f}" if errors else "-"
@@ -155,16 +156,6 @@ def _against_clean(mine: list[Row], rows: list[Row]) -> str:
 
 def _mean_error(row: Row) -> float:
     return float(np.mean([bone["tre_mean_mm"] for bone in row["bones"].values()]))
-
-
-def _machines(rows: list[Row]) -> str:
-    """On what and when rows were measured."""
-    found: dict[str, int] = {}
-    for row in rows:
-        on = row["measured_on"]
-        text = f"{on['processor']}, {on['cores']} cores, device {on['device']}, {on['date']}"
-        found[text] = found.get(text, 0) + 1
-    return "## Measured on\n\n" + "\n".join(f"- {text}: {count} rows" for text, count in found.items()) + "\n"
 
 
 def _plot(rows: list[Row], path: Path) -> None:

@@ -91,12 +91,13 @@ def body_lines(
         options.pad_mm,
         options.ends,
         options.tissue,
+        case.soft,
     )
     attenuation = Volume(hounsfield_to_attenuation(posed.hu), posed.grid.affine)
     return [independent_projector.project(attenuation, camera, options.projector) for camera in cameras]
 
 
 def excess_lines(case: SimulatedCase, excess: np.ndarray, cameras: list[Camera]) -> list[np.ndarray]:
-    """Line integrals (H, W) of additional attenuation (k, j, i) in 1/mm on the CT's grid, in the X-rays' posture."""
-    volume = Volume(np.ascontiguousarray(excess, dtype=np.float32), case.ct.affine)
+    """Line integrals (H, W) of additional attenuation (k, j, i) in 1/mm on the grid of the case's fixed_ct."""
+    volume = Volume(np.ascontiguousarray(excess, dtype=np.float32), case.fixed_ct.affine)
     return [independent_projector.project(volume, camera, case.options.projector) for camera in cameras]

@@ -54,7 +54,7 @@ def bowel_gas(degraded: DegradedCase, rng: np.random.Generator) -> DegradedCase:
 
 def _added(degraded: DegradedCase, excess: np.ndarray) -> DegradedCase:
     """The case with additional attenuation (N,) in 1/mm of its voxels of soft tissue in every beam."""
-    volume = np.zeros(degraded.case.ct.shape, np.float32)
+    volume = np.zeros(degraded.case.fixed_ct.shape, np.float32)
     volume[soft_tissue(degraded.case)] = excess
     spacing = degraded.case.ct.spacing[::-1]
     volume = gaussian_filter(volume, 1.0 / spacing, mode="nearest")  # walls are 1 mm thick
@@ -67,7 +67,7 @@ def _added(degraded: DegradedCase, excess: np.ndarray) -> DegradedCase:
 def _soft_points(degraded: DegradedCase) -> np.ndarray:
     """Centres (N, 3) in LPS mm of all voxels of soft tissue."""
     kji = np.argwhere(soft_tissue(degraded.case))
-    return degraded.case.ct.to_world(kji[:, ::-1])
+    return degraded.case.fixed_ct.to_world(kji[:, ::-1])
 
 
 def _is_pelvic(name: str) -> bool:

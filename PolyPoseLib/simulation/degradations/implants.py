@@ -135,7 +135,7 @@ def _resected(degraded: DegradedCase, name: str, head: np.ndarray) -> list[np.nd
     number = case.structures.names.index(name) + 1
     kji = np.argwhere(case.fixed_labels.voxels == number)
     near = np.linalg.norm(case.fixed_labels.to_world(kji[:, ::-1]) - head, axis=1) < RESECTED_MM
-    excess = np.zeros(case.ct.shape, np.float32)
+    excess = np.zeros(case.fixed_ct.shape, np.float32)
     inside = tuple(kji[near].T)
     mu = hounsfield_to_attenuation(case.fixed_ct.voxels[inside])
     excess[inside] = -np.maximum(mu - WATER_ATTENUATION_PER_MM, 0)

@@ -81,6 +81,7 @@ def small_bones(degraded: DegradedCase, rng: np.random.Generator) -> DegradedCas
         field=DisplacementField(SMALL * case.field.vectors, shrink @ case.field.affine),
         fixed_to_moving=poses,
         joints={},
+        soft=None if case.soft is None else case.soft.mapped(shrink),
         statistics=_shrunken(case.statistics),
         cameras=cameras,
         initial_cameras=initial,

@@ -99,6 +99,24 @@ def test_degradations_are_listed_without_any_other_argument(capsys):
     assert all(f"\n{name} " in shown for name in DEGRADATIONS)
 
 
+@pytest.mark.parametrize("command", ["simulate", "demo"])
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--amplitude", "20"], "--amplitude is that of a named motion: give --motion as well"),
+        (["--motion", "breathing", "--amplitude", "-1"], "--amplitude is -1"),
+        (["--motion", "breathing", "--amplitude", "nan"], "give a number of mm from 0 to 60"),
+        (["--motion", "jaw", "--amplitude", "1e300"], "give a number of degrees from 0 to 40"),
+        (["--motion", "gait", "--motion-scale", "2"], "give --amplitude with --motion"),
+    ],
+)
+def test_motions_are_checked_before_anything_is_read(tmp_path, capsys, command, more, words):
+    assert main([command, "--sample", "pelvis", "--output", str(tmp_path / "case"), *more]) == 2
+    message = capsys.readouterr().err
+    assert words in message and message.count("\n") == 1
+    assert not (tmp_path / "case").exists()
+
+
 @pytest.mark.parametrize(
     ("more", "words"),
     [(["--degrade", "k_wire"], "k_wires"), (["--degrade", "gamma", "--format", "nifti"], "format")],

@@ -1,0 +1,127 @@
+"""Walking, bending a large joint, opening the mouth: rotations about joints that the labels show.
+
+Axes are those of a supine or standing patient in LPS: x to the left, y to the back, z to the head.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from PolyPoseLib.simulation.motion import JointMotion, bone_kind, joint_centre, joint_order, rigid_about
+from PolyPoseLib.simulation.named_motions import Anatomy, Posture, lacking
+
+_PELVIS = ("pelvis", "hip", "sacrum")
+_LOWER_LEG = ("lower_leg", "tibia")
+_FOREARM = ("forearm", "radius", "ulna")
+
+KNEE_OF_LEADING, KNEE_OF_TRAILING, HIP_OF_TRAILING = 1 / 6, 1 / 2, -1 / 3
+"""Rotations over the leading hip's flexion, when its heel strikes the ground and the other foot leaves it: 30 degrees
+of flexion in front, 10 of extension behind, knees bent by 5 and 15 (J. Perry and J. Burnfield, "Gait Analysis", 2010,
+chapters 5 and 6, rounded)."""
+
+SPINE_SHARE = 1 / 6
+"""Rotation of the spine against the pelvis over the hip's flexion: about 5 degrees of 30 (the same, chapter 7)."""
+
+CONDYLE_FORWARD_MM, CONDYLE_DOWN_MM = 0.4, 0.2
+"""Glide of the jaw's condyles in mm per degree of opening, which adds up to the 14 mm seen at the widest (J. Travers
+and others, "Associations between incisor and mandibular condylar movements during maximum mouth opening in humans",
+Archives of Oral Biology 45, 2000)."""
+
+_SPREAD = 0.06
+"""Standard deviation of rotations about the other two axes, over that about the first."""
+
+
+def gait(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Posture:
+    """A step: one hip flexes by amplitude (degrees), the other extends, knees bend, the spine turns back.
+
+    Raises InputError unless both femora and the pelvis are structures and the pelvis is the anchor.
+    """
+    sides = {side: anatomy.find([f"femur_{side}"]) for side in ("left", "right")}
+    if not all(sides.values()) or anatomy.anchor not in anatomy.find(_PELVIS):
+        raise lacking("gait", "both femurs (femur_left, femur_right), and the pelvis as the anchor", anatomy)
+    leading = ("left", "right")[rng.integers(2)]
+    turns = {}
+    for side in sides:
+        ahead = side == leading
+        hip = 1.0 if ahead else HIP_OF_TRAILING
+        knee = KNEE_OF_LEADING if ahead else KNEE_OF_TRAILING
+        wobble = rng.normal(0, _SPREAD, 2) * amplitude
+        turns[sides[side][0]] = [-hip * amplitude, *wobble]
+        turns |= {name: [knee * amplitude, 0, 0] for name in _of_side(anatomy.find(_LOWER_LEG), side)}
+    turn = SPINE_SHARE * amplitude * (1 if leading == "left" else -1)
+    spine = [name for name in anatomy.structures.names if bone_kind(name) == "spine"]
+    turns |= {name: [0, 0, turn / len(spine)] for name in spine}
+    return Posture(_articulated(anatomy, turns))
+
+
+def flexion(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Posture:
+    """Bend the hips by amplitude (degrees); where there are none the knees, and without these the elbows.
+
+    Raises InputError when no two structures make such a joint.
+    """
+    hips, knees, elbows = (
+        anatomy.find(words) if anatomy.find(parents) else []
+        for words, parents in ((("femur",), _PELVIS), (_LOWER_LEG, ("femur",)), (_FOREARM, ("humerus",)))
+    )
+    bent = hips or knees or elbows
+    bent = [name for name in bent if name != anatomy.anchor]
+    if not bent:
+        raise lacking(
+            "flexion", "a femur and the pelvis, a lower leg and a femur, or a forearm and a humerus", anatomy
+        )
+    sign = 1.0 if bent[0] in knees and not hips else -1.0
+    wobble = {side: rng.normal(0, _SPREAD, 2) * amplitude for side in ("left", "right")}
+    turns = {
+        name: [sign * amplitude, *wobble["left" if "left" in name.lower() else "right"]] for name in bent
+    }
+    return Posture(_articulated(anatomy, turns))
+
+
+def jaw(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Posture:
+    """Open the mouth by amplitude (degrees): the jaw turns about its condyles, which glide forwards.
+
+    Raises InputError unless the mandible is a structure, and not the anchor.
+    """
+    found = [name for name in anatomy.find(("mandible", "jaw")) if name != anatomy.anchor]
+    if not found:
+        raise lacking("jaw", "the mandible, and another structure as the anchor", anatomy)
+    name = found[0]
+    left, right = condyles(anatomy.points[name])
+    axis = (left - right) / np.linalg.norm(left - right)
+    axis += [0, *rng.normal(0, _SPREAD / 3, 2)]
+    axis /= np.linalg.norm(axis)
+    share = np.clip(rng.normal(1, 0.15), 0.5, 1.5)
+    glide = share * amplitude * np.array([0, -CONDYLE_FORWARD_MM, -CONDYLE_DOWN_MM])
+    middle = (left + right) / 2
+    motion = rigid_about(middle, np.radians(amplitude) * axis, glide)
+    return Posture({name: JointMotion(anatomy.anchor, middle, amplitude, axis, motion, 0.0)})
+
+
+def condyles(mandible: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Left and right condyle (3,) of a mandible's voxel centres (N, 3): the tops of the posterior half of each side."""
+    middle = (mandible[:, 0].min() + mandible[:, 0].max()) / 2
+    ends = []
+    for side in (mandible[mandible[:, 0] > middle], mandible[mandible[:, 0] <= middle]):
+        behind = side[side[:, 1] > side[:, 1].min() + 0.75 * np.ptp(side[:, 1])]
+        ends.append(behind[behind[:, 2] > behind[:, 2].max() - 6.0].mean(0))
+    return ends[0], ends[1]
+
+
+def _of_side(names: list[str], side: str) -> list[str]:
+    """Names of one side of the body."""
+    return [name for name in names if side in name.lower()]
+
+
+def _articulated(anatomy: Anatomy, turns: dict[str, list[float]]) -> dict[str, JointMotion]:
+    """Motions of all structures: each turns by its rotation vector (degrees) about its joint and follows its parent."""
+    points = anatomy.points
+    placed = {anatomy.anchor: np.eye(4)}
+    joints = {}
+    for name, parent in joint_order(points, anatomy.anchor):
+        turn = np.radians(turns.get(name, [0.0, 0.0, 0.0]))
+        angle = float(np.linalg.norm(turn))
+        joint = joint_centre(name, points[name], points[parent])
+        placed[name] = placed[parent] @ rigid_about(joint, turn, np.zeros(3))
+        axis = turn / angle if angle else np.array([0.0, 0.0, 1.0])
+        joints[name] = JointMotion(parent, joint, float(np.degrees(angle)), axis, placed[name], 0.0)
+    return joints
