@@ -157,7 +157,7 @@ class ArticulationPrior:
         return self.weight / max(len(self.articulations), 1)
 
     def _residuals(self, poses: np.ndarray) -> np.ndarray:
-        """(J, 6) each joint's gap (fixed frame) over its slide and rotation over TURN_DEG, times the root of its weight."""
+        """(J, 6) each joint's gap (fixed frame) over its slide and rotation over TURN_DEG, by its weight."""
         first, second = np.moveaxis(rigid_inverse(poses)[self._pairs], 1, 0)
         apart = first - second
         gap = np.einsum("jab,jb->ja", apart[:, :3, :3], self._points) + apart[:, :3, 3]
