@@ -17,9 +17,9 @@ Preview = Callable[[DisplacementField], str | None]
 """Takes a coarse displacement field (fixed to moving) and returns the file that it was written to."""
 
 
-HELD = 30.0
-"""How many times more weight the joints of a wholly hidden structure have: what the X-rays do not show stays near its
-neighbours."""
+HELD, HELD_FROM, HELD_WHOLLY = 100.0, 0.3, 0.9
+"""How many times more weight the joints of a hidden structure have, the shares hidden from which they gain weight and
+at which they have all of it: what the X-rays do not show stays near its neighbours. Wires and screws hide less."""
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,15 @@ class Run:
     @property
     def articulations(self) -> list[Articulation]:
         """The scene's joints, those of hidden structures with more weight."""
-        share = self.hidden
         return [
-            replace(joint, weight=1 + HELD * max(share.get(joint.first, 0), share.get(joint.second, 0)))
+            replace(joint, weight=1 + HELD * max(self._held(joint.first), self._held(joint.second)))
             for joint in self.scene.articulations
         ]
+
+    def _held(self, k: int) -> float:
+        """From 0 to 1, by how much of a structure is hidden."""
+        part = (self.hidden.get(k, 0.0) - HELD_FROM) / (HELD_WHOLLY - HELD_FROM)
+        return min(max(part, 0.0), 1.0)
 
     def named(self, stage: str) -> Run:
         """The same run in another stage."""

@@ -98,7 +98,7 @@ def fit_structures(
         if stage.without_objects:
             unsure = inconsistent_bones(run, observations, poses)
             observations = [without_unexplained_objects(run, each, poses, unsure) for each in observations]
-            hidden = structure_visibility(run.scene, observations, poses).hidden.max(axis=1)
+            hidden = structure_visibility(run.scene, observations, poses).hidden.mean(axis=1)
             run = replace(run, hidden=dict(enumerate(hidden.tolist())))
         if stage.restart is not None and unplaced:
             poses = restart_bones(run, observations, poses, stage.restart, unplaced)

@@ -73,15 +73,22 @@ def structure_uncertainties(
         stated[k] = each if np.isnan(contrast).all() else each.at_contrast(float(np.nanmean(contrast)))
         if not agreement.is_clear[k]:
             stated[k] = stated[k].with_error(PoseUncertainty.independent(UNCONFIRMED_DEG, UNCONFIRMED_MM))
-        covered = (float(hidden[k].mean()) / HIDDEN_SHARE) ** 2
-        if covered > 0:
-            behind = PoseUncertainty.independent(covered * UNCONFIRMED_DEG, covered * UNCONFIRMED_MM)
-            stated[k] = stated[k].with_error(behind)
+        if hidden[k].any():
+            stated[k] = stated[k].with_error(error_behind_metal(hidden[k]))
         supporting = np.flatnonzero(agreement.supported[k]).tolist()
         if agreement.disputed[k] and len(supporting) == 1:
             beam = _beam(joint.cameras[supporting[0]], joint.poses[k], run.scene.centres[k])
             stated[k] = stated[k].with_error(PoseUncertainty.shift_along(beam, UNCONFIRMED_MM))
     return {k: each if systematic is None else each.with_error(systematic) for k, each in stated.items()}
+
+
+def error_behind_metal(shares: np.ndarray) -> PoseUncertainty:
+    """What a bone's pose may be off by more, of which metal hides shares (N,), 0 to 1, in the X-rays.
+
+    It grows with the square of the mean share: wires and screws leave a bone's outline, a prosthesis replaces it.
+    """
+    part = (float(np.mean(shares)) / HIDDEN_SHARE) ** 2
+    return PoseUncertainty.independent(part * UNCONFIRMED_DEG, part * UNCONFIRMED_MM)
 
 
 def _beam(camera: Camera, fixed_to_moving: np.ndarray, centre: np.ndarray) -> np.ndarray:

@@ -1,5 +1,7 @@
 """Joints found from labels, and the expectation that they keep together."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from phantom_study import HEAD, phantom
@@ -42,7 +44,8 @@ def test_moving_all_bones_alike_costs_nothing(scene: Scene) -> None:
 @pytest.mark.parametrize("seed", range(5))
 def test_prior_gradient(scene: Scene, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    prior = ArticulationPrior(scene.articulations, scene.centres, [1, 2], 0.7)
+    joints = [replace(each, weight=rng.uniform(0.5, 30)) for each in scene.articulations]
+    prior = ArticulationPrior(joints, scene.centres, [1, 2], 0.7)
 
     def moved(step: np.ndarray, poses: np.ndarray) -> np.ndarray:
         new = poses.copy()

@@ -7,6 +7,7 @@ from phantom_study import phantom
 from quiet_run import quiet_run
 
 from PolyPoseLib.errors import CancelledError
+from PolyPoseLib.registration.run import HELD
 from PolyPoseLib.registration.scene import Scene
 
 
@@ -50,3 +51,15 @@ def test_a_field_is_computed_only_when_somebody_wants_a_preview(scene):
 def test_a_cancelled_run_raises(scene):
     with pytest.raises(CancelledError):
         quiet_run(scene, cancel=lambda: True).step(0, 1)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 1.0])
+def test_joints_hold_what_metal_hides_and_no_other(scene, share):
+    hidden = scene.moving[0]
+    joints = zip(
+        scene.articulations, replace(quiet_run(scene), hidden={hidden: share}).articulations, strict=True
+    )
+    for before, after in joints:
+        expected = 1 + HELD * share if hidden in (before.first, before.second) else 1.0
+        assert after == replace(before, weight=expected)
+    assert quiet_run(scene).articulations == scene.articulations

@@ -10,12 +10,13 @@ FEMUR = 1
 
 
 def seen(simulated, scene, given, used=None, clipped=None):
-    """Visibility in the first X-ray under two masks."""
-    camera = simulated.cameras[0]
-    used = given if used is None else used
-    observation = Observation(simulated.images[0], used, camera, clipped=clipped)
+    """Visibility in the first X-ray, of which something may be clipped, and the rest that is not used is metal."""
+    given = given if clipped is None else given & ~clipped
+    observation = Observation(simulated.images[0], given, simulated.cameras[0], clipped=clipped)
+    if used is not None:
+        observation = observation.without(given & ~used)
     poses = np.stack([simulated.fixed_to_moving[name] for name in scene.names])
-    return structure_visibility(scene, [given], [observation], poses)
+    return structure_visibility(scene, [observation], poses)
 
 
 def test_all_of_a_bone_is_in_a_picture_that_shows_all(simulated, scene):
@@ -28,7 +29,7 @@ def test_nothing_is_in_a_picture_that_looks_the_other_way(simulated, scene):
     behind = camera.with_extrinsic(np.diag([-1.0, 1.0, -1.0, 1.0]) @ camera.extrinsic)
     mask = np.ones(simulated.images[0].shape, bool)
     poses = scene.rest_poses
-    found = structure_visibility(scene, [mask], [Observation(simulated.images[0], mask, behind)], poses)
+    found = structure_visibility(scene, [Observation(simulated.images[0], mask, behind)], poses)
     assert (found.outside == 1).all() and not found.hidden.any()
 
 

@@ -113,7 +113,7 @@ def test_a_rig_moves_on_with_the_bones(simulated, scene, points):
         Observation(image, np.ones(image.shape, bool), camera.with_extrinsic(camera.extrinsic @ off))
         for image, camera in zip(simulated.images, true, strict=True)
     ]
-    fitted = fit_structures(quiet_run(scene), start, scene.rest_poses, [[0, 1]], PRESETS["fast"].joint)
+    fitted = fit_structures(quiet_run(scene), start, scene.rest_poses, [[0, 1]], PRESETS["fast"].joint).joint
     np.testing.assert_allclose(relative(fitted.cameras), relative(true), atol=1e-9)
     for was, now, right in zip(start, fitted.cameras, true, strict=True):
         assert apart_mm(right, now, points) < 0.5 * apart_mm(right, was.camera, points)

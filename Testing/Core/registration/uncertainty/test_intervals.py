@@ -12,8 +12,11 @@ from PolyPoseLib.registration.uncertainty.covariance import FAINTEST, TYPICAL_CO
 from PolyPoseLib.registration.uncertainty.intervals import (
     CLIPPED_MM,
     DISTORTION,
+    HIDDEN_SHARE,
+    UNCONFIRMED_MM,
     _beam,
     distortion_error,
+    error_behind_metal,
     systematic_error,
 )
 
@@ -50,6 +53,16 @@ def test_the_beam_through_a_bone_is_the_direction_in_which_it_does_not_move_in_t
     beam = _beam(view, np.eye(4), centre)
     np.testing.assert_allclose(view.project(centre), view.project(centre + 30 * beam), atol=1e-6)
     assert beam @ view.axis > 0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_more_of_a_bone_metal_hides_the_less_certain_it_is(seed):
+    shares = np.sort(np.random.default_rng(seed).uniform(0.01, 1, (10, 2)), axis=0)
+    widths = [error_behind_metal(each).widest_mm for each in shares]
+    assert (np.diff(widths) > 0).all()
+    half = error_behind_metal(np.array([HIDDEN_SHARE] * 3))
+    assert half.widest_mm == pytest.approx(1.96 * UNCONFIRMED_MM)
+    assert error_behind_metal(np.array([0.1, 0.1])).widest_mm < 0.5
 
 
 def test_distortion_grows_with_the_field_and_is_that_of_the_x_rays_that_may_have_it():
