@@ -12,6 +12,8 @@ from PolyPoseLib.pipeline import register
 
 FEMUR, NAME = 1, "femur_left"
 
+SEEDS = [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))]
+
 
 def femur_points(simulated):
     """(N, 3) LPS mm of the femur's voxels in the X-rays' posture."""
@@ -44,7 +46,7 @@ def error_and_doubts(simulated):
     return errors, at_rest, result.structures[NAME].doubts
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", SEEDS)
 def test_a_bone_behind_metal_is_held_and_doubted(seed):
     simulated = case(seed=seed)
     error, rest, doubts = error_and_doubts(covered(simulated, femur_points(simulated)))
@@ -52,7 +54,7 @@ def test_a_bone_behind_metal_is_held_and_doubted(seed):
     assert any("hides" in doubt or "shows in no X-ray" in doubt for doubt in doubts)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", SEEDS)
 def test_a_bone_with_a_wire_is_found(seed):
     simulated = case(seed=seed)
     points = femur_points(simulated)
