@@ -41,7 +41,7 @@ class JointStage:
     restart_inconsistent : tuple of Level
         At which bones that the X-rays contradict are restarted before.
     without_objects : bool
-        Whether metal and instruments that the bones' rendering does not have are left out from here on.
+        Whether metal and instruments around bones that the X-rays contradict are left out from here on.
 
     """
 
@@ -96,8 +96,8 @@ def fit_structures(
     fitted: JointResult | None = None
     for stage in stages:
         if stage.without_objects:
-            unsure = inconsistent_bones(run, observations, poses)
-            observations = [without_unexplained_objects(run, each, poses, unsure) for each in observations]
+            suspect = inconsistent_bones(run, observations, poses)
+            observations = [without_unexplained_objects(run, each, poses, suspect) for each in observations]
             hidden = structure_visibility(run.scene, observations, poses).hidden.mean(axis=1)
             run = replace(run, hidden=dict(enumerate(hidden.tolist())))
         if stage.restart is not None and unplaced:

@@ -1,8 +1,9 @@
-"""Metal and instruments over bones whose poses are roughly known: thin bright objects that the rendering does not have.
+"""Metal and instruments over bones that the X-rays contradict: thin bright objects that the rendering does not have.
 
 Before any bone is placed an object must be brighter than all that the anatomy could show there
 (:mod:`PolyPoseLib.registration.fit.foreign_objects`); thin screws and wires over dense anatomy are not. Once the bones
-are placed, an object stands out by its own local contrast from what the rendering has nearby.
+are placed, an object stands out by its own local contrast from what the rendering has nearby. Where bones are found
+all the same it is left where it is, as the robust weights do without it: leaving it out would cost the bone's outline.
 """
 
 from __future__ import annotations
@@ -33,13 +34,17 @@ from PolyPoseLib.registration.fit.foreign_objects import (
 )
 from PolyPoseLib.registration.fit.levels import Observation, binned, enlarged, pixel_size_mm
 from PolyPoseLib.registration.fit.views import LevelViews
+from PolyPoseLib.registration.fit.weighting import dilated, projection_mask
 from PolyPoseLib.registration.run import Run
 
 REACH_MM = 8.0
 """How far anatomy may be from where it is rendered."""
 
-UNSURE_REACH_MM = 10.0
-"""How far bones may be whose rendering the X-rays contradict."""
+BONE_REACH_MM = 10.0
+"""How far the bones may be from where they are rendered."""
+
+AROUND_MM = 30.0
+"""Objects count so far from the bones' projections."""
 
 MARGIN = 1.3
 """How many times the rendering's own thin contrast anatomy may have."""
@@ -59,9 +64,9 @@ SMOOTHING_PX = 0.7
 
 
 def unexplained_objects(
-    run: Run, observation: Observation, poses: np.ndarray, unsure: Collection[int] = ()
+    run: Run, observation: Observation, poses: np.ndarray, bones: Collection[int]
 ) -> np.ndarray:
-    """Where an X-ray shows thin metal or instruments in front of the posed bones.
+    """Where an X-ray shows thin metal or instruments around some bones.
 
     Parameters
     ----------
@@ -71,8 +76,8 @@ def unexplained_objects(
         The X-ray with its camera.
     poses : (K, 4, 4) ndarray
         Fixed to moving, to within a few millimetres.
-    unsure : collection of int
-        Bones of which even that is not sure.
+    bones : collection of int
+        Those that the X-rays contradict.
 
     Returns
     -------
@@ -81,7 +86,7 @@ def unexplained_objects(
 
     """
     nothing = np.zeros(observation.image.shape, bool)
-    if run.scene.bare:  # it does not explain soft tissue either
+    if not bones or run.scene.bare:  # it does not explain soft tissue either
         return nothing
     level = LevelViews(run, [observation], LEVEL)
     problem, state = level.posed_structures(poses)
@@ -94,10 +99,10 @@ def unexplained_objects(
     if measured is None or not inner.any():
         return nothing
     measured = np.where(mask, measured, np.median(measured[mask]))
-    reach, far, thin = (max(1, round(each / pixel_mm)) for each in (REACH_MM, UNSURE_REACH_MM, THIN_MM))
+    reach, far, thin = (max(1, round(each / pixel_mm)) for each in (REACH_MM, BONE_REACH_MM, THIN_MM))
     contrast, expected = (_thin_contrast(each, thin) for each in (measured, rendered))
     explained = maximum_filter(expected, 2 * reach + 1)
-    for k in unsure:
+    for k in bones:
         alone = np.zeros_like(rendered)
         alone[parts[k].slices] = parts[k].image
         explained = np.maximum(explained, maximum_filter(_thin_contrast(alone, thin), 2 * far + 1))
@@ -106,17 +111,18 @@ def unexplained_objects(
     steepest = maximum_filter(gaussian_gradient_magnitude(rendered, SMOOTHING_PX), 2 * reach + 1)
     edges = gaussian_gradient_magnitude(measured, SMOOTHING_PX) / gain / np.maximum(steepest, FLAT_GRADIENT)
     found = _sharp_objects(grown(excess > SURE, excess > POSSIBLE), np.where(inner, edges, 0))
-    found = with_border(found, pixel_mm) & mask
+    around = dilated(projection_mask(problem, state, 0, bones), AROUND_MM / pixel_mm)
+    found = with_border(found & around, pixel_mm) & mask
     if found.sum() > LARGEST_SHARE * mask.sum():
         return nothing
     return enlarged(found, factor, observation.image.shape)
 
 
 def without_unexplained_objects(
-    run: Run, observation: Observation, poses: np.ndarray, unsure: Collection[int] = ()
+    run: Run, observation: Observation, poses: np.ndarray, bones: Collection[int]
 ) -> Observation:
     """The X-ray with such objects left out of its mask."""
-    found = unexplained_objects(run, observation, poses, unsure)
+    found = unexplained_objects(run, observation, poses, bones)
     return observation.without(found)
 
 
