@@ -125,7 +125,9 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
         uncertainties = {}
         if options.uncertainty:
             systematic = systematic_error(study.ct, cameras.xrays, final, run.scene.anchor_centre)
-            uncertainties = structure_uncertainties(run, joint, agreement, visibility.hidden, systematic)
+            uncertainties = structure_uncertainties(
+                run, joint, agreement, visibility.hidden_share, systematic
+            )
     evidence = Evidence(
         [xray.name or view_name(n) for n, xray in enumerate(study.xrays)],
         agreement,

@@ -17,7 +17,7 @@ Preview = Callable[[DisplacementField], str | None]
 """Takes a coarse displacement field (fixed to moving) and returns the file that it was written to."""
 
 
-HELD, HELD_FROM, HELD_WHOLLY = 100.0, 0.5, 0.9
+HELD, HELD_FROM, HELD_WHOLLY = 100.0, 0.3, 0.7
 """How many times more weight the joints of a hidden structure have, the shares hidden from which they gain weight and
 at which they have all of it: what the X-rays do not show stays near its neighbours. Wires and screws hide less."""
 

@@ -92,14 +92,14 @@ def fit_structures(
     """
     total = sum(stage.level.iterations for stage in stages)
     unplaced = [k for k in run.scene.moving if k not in placed]
+    given = observations
     done = 0
     fitted: JointResult | None = None
     for stage in stages:
         if stage.without_objects:
-            suspect = inconsistent_bones(run, observations, poses)
-            observations = [without_unexplained_objects(run, each, poses, suspect) for each in observations]
-            hidden = structure_visibility(run.scene, observations, poses).hidden.mean(axis=1)
-            run = replace(run, hidden=dict(enumerate(hidden.tolist())))
+            observations = _without_objects(run, given, observations, poses)
+            share = structure_visibility(run.scene, observations, poses).hidden_share
+            run = replace(run, hidden={k: float(share[k]) for k in run.scene.moving})
         if stage.restart is not None and unplaced:
             poses = restart_bones(run, observations, poses, stage.restart, unplaced)
         if stage.restart_inconsistent and unplaced:
@@ -111,6 +111,18 @@ def fit_structures(
         done += stage.level.iterations
     assert fitted is not None, "there is at least one stage"
     return StructureFit(observations, fitted)
+
+
+def _without_objects(
+    run: Run, given: Sequence[Observation], observations: Sequence[Observation], poses: np.ndarray
+) -> list[Observation]:
+    """The X-rays as given, with their present cameras, without what a contradicted bone's rendering does not have.
+
+    What an earlier level left out counts again: its bones may have been elsewhere.
+    """
+    suspect = inconsistent_bones(run, observations, poses)
+    anew = [before.with_camera(now.camera) for before, now in zip(given, observations, strict=True)]
+    return [without_unexplained_objects(run, each, poses, suspect) for each in anew]
 
 
 class _LevelFit:

@@ -35,6 +35,12 @@ class Visibility:
     hidden: np.ndarray
     clipped: np.ndarray
 
+    @property
+    def hidden_share(self) -> np.ndarray:
+        """(K,) share, 0 to 1, of what the X-rays could show of a structure that metal hides; 0 where they could not."""
+        shown = (1 - self.outside).sum(axis=1)
+        return self.hidden.sum(axis=1) / np.maximum(shown, 1e-9)
+
 
 def structure_visibility(scene: Scene, observations: Sequence[Observation], poses: np.ndarray) -> Visibility:
     """Count the points of every structure by where they project.

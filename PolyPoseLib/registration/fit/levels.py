@@ -89,10 +89,11 @@ class Observation:
 
     def without(self, foreign: np.ndarray) -> Observation:
         """The same X-ray where objects (H, W) bool that the CT does not have are left out."""
-        if not foreign.any():
+        objects = foreign & self.mask
+        if not objects.any():
             return self
-        objects = foreign & self.given if self.foreign is None else foreign & self.given | self.foreign
-        return replace(self, mask=self.mask & ~objects, foreign=objects)
+        known = objects if self.foreign is None else objects | self.foreign
+        return replace(self, mask=self.mask & ~objects, foreign=known)
 
     def with_camera(self, camera: Camera) -> Observation:
         """The same X-ray with another camera."""

@@ -27,7 +27,7 @@ UNCONFIRMED_DEG, UNCONFIRMED_MM = 7.0, 5.0
 """Standard deviations of a bone that no X-ray shows clearly, and along the beam of the one that does, where another
 contradicts it."""
 
-HIDDEN_SHARE = 0.5
+HIDDEN_SHARE = 0.4
 """Share behind metal at which a bone is as uncertain as one that no X-ray shows clearly."""
 
 CLIPPED_DEG, CLIPPED_MM = 1.5, 1.5
@@ -52,8 +52,8 @@ def structure_uncertainties(
         Of the last level.
     agreement : Agreement
         Of the structures with the X-rays.
-    hidden : (K, N) ndarray
-        Shares, 0 to 1, of the structures that metal hides in each X-ray.
+    hidden : (K,) ndarray
+        Shares, 0 to 1, of the structures that metal hides.
     systematic : PoseUncertainty, optional
         An error that all poses may have, whatever the images show.
 
@@ -73,8 +73,8 @@ def structure_uncertainties(
         stated[k] = each if np.isnan(contrast).all() else each.at_contrast(float(np.nanmean(contrast)))
         if not agreement.is_clear[k]:
             stated[k] = stated[k].with_error(PoseUncertainty.independent(UNCONFIRMED_DEG, UNCONFIRMED_MM))
-        if hidden[k].any():
-            stated[k] = stated[k].with_error(error_behind_metal(hidden[k]))
+        if hidden[k] > 0:
+            stated[k] = stated[k].with_error(error_behind_metal(float(hidden[k])))
         supporting = np.flatnonzero(agreement.supported[k]).tolist()
         if agreement.disputed[k] and len(supporting) == 1:
             beam = _beam(joint.cameras[supporting[0]], joint.poses[k], run.scene.centres[k])
@@ -82,12 +82,12 @@ def structure_uncertainties(
     return {k: each if systematic is None else each.with_error(systematic) for k, each in stated.items()}
 
 
-def error_behind_metal(shares: np.ndarray) -> PoseUncertainty:
-    """What a bone's pose may be off by more, of which metal hides shares (N,), 0 to 1, in the X-rays.
+def error_behind_metal(share: float) -> PoseUncertainty:
+    """What a bone's pose may be off by more, of which metal hides a share, 0 to 1.
 
-    It grows with the square of the mean share: wires and screws leave a bone's outline, a prosthesis replaces it.
+    It grows steeply, with the fourth power: wires and screws leave a bone's outline, a prosthesis replaces it.
     """
-    part = (float(np.mean(shares)) / HIDDEN_SHARE) ** 2
+    part = (share / HIDDEN_SHARE) ** 4
     return PoseUncertainty.independent(part * UNCONFIRMED_DEG, part * UNCONFIRMED_MM)
 
 

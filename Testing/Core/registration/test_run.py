@@ -53,13 +53,12 @@ def test_a_cancelled_run_raises(scene):
         quiet_run(scene, cancel=lambda: True).step(0, 1)
 
 
-@pytest.mark.parametrize("share", [0.1, 0.5, 1.0])
-def test_joints_hold_what_metal_hides_and_no_other(scene, share):
+@pytest.mark.parametrize(("share", "held"), [(0.1, 0), (0.3, 0), (0.5, 0.5), (0.7, 1), (1.0, 1)])
+def test_joints_hold_what_metal_hides_and_no_other(scene, share, held):
     hidden = scene.moving[0]
-    joints = zip(
-        scene.articulations, replace(quiet_run(scene), hidden={hidden: share}).articulations, strict=True
-    )
-    for before, after in joints:
-        expected = 1 + HELD * share if hidden in (before.first, before.second) else 1.0
-        assert after == replace(before, weight=expected)
-    assert quiet_run(scene).articulations == scene.articulations
+    run = replace(quiet_run(scene), hidden={hidden: share})
+    for before, after in zip(scene.articulations, run.articulations, strict=True):
+        expected = 1 + HELD * held if hidden in (before.first, before.second) else 1
+        assert after.weight == pytest.approx(expected)
+        assert (after.first, after.second, after.slide_mm) == (before.first, before.second, before.slide_mm)
+    assert all(joint.weight == 1 for joint in quiet_run(scene).articulations)

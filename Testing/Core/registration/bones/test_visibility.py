@@ -54,3 +54,30 @@ def test_what_is_clipped_is_not_called_hidden(simulated, scene):
     np.testing.assert_allclose(found.clipped, seen(simulated, scene, whole, ~clipped).hidden, atol=1e-9)
     np.testing.assert_allclose(found.hidden, seen(simulated, scene, whole, ~metal).hidden, atol=1e-9)
     assert found.clipped.any() and found.hidden.any()
+
+
+def test_metal_over_clipped_pixels_is_not_counted_twice(simulated, scene):
+    whole = np.ones(simulated.images[0].shape, bool)
+    clipped, metal = np.zeros((2, *whole.shape), bool)
+    clipped[:, : whole.shape[1] // 2] = True
+    metal[:, whole.shape[1] // 4 :] = True
+    observation = Observation(simulated.images[0], ~clipped, simulated.cameras[0], clipped=clipped).without(
+        metal
+    )
+    assert not (observation.foreign & clipped).any()
+    np.testing.assert_array_equal(observation.given, whole)
+    found = structure_visibility(scene, [observation], scene.rest_poses)
+    assert (found.hidden + found.clipped + found.outside <= 1 + 1e-9).all()
+
+
+def test_the_share_that_metal_hides_is_that_of_what_is_in_the_pictures(simulated, scene):
+    shape = simulated.images[0].shape
+    everything, nothing = np.ones(shape, bool), np.zeros(shape, bool)
+    covered = Observation(simulated.images[0], everything, simulated.cameras[0]).without(everything)
+    beside = Observation(simulated.images[1], nothing, simulated.cameras[1])
+    poses = np.stack([simulated.fixed_to_moving[name] for name in scene.names])
+    share = structure_visibility(scene, [covered, beside], poses).hidden_share
+    np.testing.assert_allclose(share, 1)
+    open_view = Observation(simulated.images[1], everything, simulated.cameras[1])
+    half = structure_visibility(scene, [covered, open_view], poses).hidden_share
+    assert ((half > 0.3) & (half < 0.7)).all()

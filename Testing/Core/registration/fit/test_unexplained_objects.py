@@ -11,9 +11,8 @@ from PolyPoseLib.registration.fit.unexplained_objects import (
     without_unexplained_objects,
 )
 
-
-EVERY = range(3)
-"""All bones of the phantom."""
+EVERY = (1, 2)
+"""The bones of the phantom that move."""
 
 
 def observed(simulated, image, number=0):
@@ -40,15 +39,18 @@ def test_nothing_of_the_anatomy_is_left_out(simulated, scene, number, curve):
     assert not unexplained_objects(quiet_run(scene), observation, true_poses(simulated, scene), EVERY).any()
 
 
+@pytest.mark.parametrize("off_mm", [5, 15, 30])
 @pytest.mark.parametrize("seed", range(4))
-def test_bones_a_few_millimetres_off_are_not_taken_for_metal(simulated, scene, seed):
+def test_bones_beside_their_place_are_not_taken_for_metal(simulated, scene, seed, off_mm):
     rng = np.random.default_rng(seed)
     poses = true_poses(simulated, scene)
     for k in scene.moving:
         shift = rng.normal(size=3)
-        poses[k] = perturbation(np.r_[np.zeros(3), 5 * shift / np.linalg.norm(shift)]) @ poses[k]
+        poses[k] = perturbation(np.r_[np.zeros(3), off_mm * shift / np.linalg.norm(shift)]) @ poses[k]
     observation = observed(simulated, simulated.images[seed % 2], seed % 2)
-    assert unexplained_objects(quiet_run(scene), observation, poses, EVERY).mean() < 0.002
+    assert unexplained_objects(quiet_run(scene), observation, poses, EVERY).mean() < (
+        0.002 if off_mm < 30 else 0.02
+    )
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -60,7 +62,7 @@ def test_a_wire_is_left_out_and_little_else(simulated, scene, seed):
     found = unexplained_objects(
         quiet_run(scene), observed(simulated, image + 2.0 * metal, number), poses, EVERY
     )
-    assert found[metal].mean() > 0.8
+    assert found[metal].mean() > 0.5  # of all that is not only around bones
     assert found.sum() < 6 * metal.sum()
 
 

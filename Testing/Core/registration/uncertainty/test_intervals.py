@@ -57,12 +57,12 @@ def test_the_beam_through_a_bone_is_the_direction_in_which_it_does_not_move_in_t
 
 @pytest.mark.parametrize("seed", range(5))
 def test_the_more_of_a_bone_metal_hides_the_less_certain_it_is(seed):
-    shares = np.sort(np.random.default_rng(seed).uniform(0.01, 1, (10, 2)), axis=0)
-    widths = [error_behind_metal(each).widest_mm for each in shares]
+    shares = np.sort(np.random.default_rng(seed).uniform(0.01, 1, 10))
+    widths = [error_behind_metal(float(each)).widest_mm for each in shares]
     assert (np.diff(widths) > 0).all()
-    half = error_behind_metal(np.array([HIDDEN_SHARE] * 3))
+    half = error_behind_metal(HIDDEN_SHARE)
     assert half.widest_mm == pytest.approx(1.96 * UNCONFIRMED_MM)
-    assert error_behind_metal(np.array([0.1, 0.1])).widest_mm < 0.5
+    assert error_behind_metal(0.1).widest_mm < 0.5
 
 
 def test_distortion_grows_with_the_field_and_is_that_of_the_x_rays_that_may_have_it():
