@@ -225,23 +225,6 @@ def _usable(run: Run, observation: Observation) -> Observation:
     return without_clipped(run, without_foreign_objects(run, observation))
 
 
-def left_out_warnings(name: str, used: Observation) -> list[str]:
-    """Warnings about the shares of an X-ray that are clipped and that foreign objects cover, where there are any."""
-    given, clipped, foreign = used.given, used.clipped, used.foreign
-    warnings = []
-    if clipped is not None and clipped.any():
-        warnings.append(
-            f"{label_of(name)}: {clipped.sum() / given.sum():.0%} of it is all black or all white, clipped by its "
-            "window or its detector; these pixels are left out. Export it with a wider window."
-        )
-    if foreign is not None and foreign.any():
-        warnings.append(
-            f"{label_of(name)}: metal, instruments or a collimator that the CT does not have cover "
-            f"{max(100 * foreign.sum() / given.sum(), 0.1):.1f} % of it; these pixels are left out."
-        )
-    return warnings
-
-
 def _unreliable(name: str, refinement: RefinedCamera | None) -> list[str]:
     """A warning about a camera after stage A, if there is one."""
     if refinement is None or refinement.reliable:

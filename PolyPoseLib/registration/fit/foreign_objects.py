@@ -7,6 +7,7 @@ of the CT takes nearby, the bones moved by any amount within reach, and belongs 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -166,21 +167,28 @@ def _edges(measured: np.ndarray, whole: np.ndarray, mask: np.ndarray, candidates
 
 def _objects(candidates: np.ndarray, thin_contrast: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """(H, W) bool: connected candidates with sharp edges; rods to their ends."""
-    numbered = np.zeros(candidates.shape, np.int32)
-    label(candidates, NEIGHBOURS, output=numbered)
     found = np.zeros_like(candidates)
-    for number, box in enumerate(find_objects(numbered), start=1):
-        around = tuple(slice(max(part.start - 1, 0), part.stop + 1) for part in box)
-        one = numbered[around] == number
-        if one.sum() < LEAST_PIXELS or not is_sharp(one, edges[around]):
-            continue
+    for around, one in sharp_pieces(candidates, edges):
         found[around] |= one
         contrast = float(np.median(thin_contrast[around][one]))
         if contrast > SURE:
-            whole = grown(numbered == number, thin_contrast > contrast / 2)
-            if is_sharp(whole & (numbered != number), edges):  # not where it runs into anatomy
+            piece = np.zeros_like(candidates)
+            piece[around] = one
+            whole = grown(piece, thin_contrast > contrast / 2)
+            if is_sharp(whole & ~piece, edges):  # not where it runs into anatomy
                 found |= whole
     return found
+
+
+def sharp_pieces(candidates: np.ndarray, edges: np.ndarray) -> Iterator[tuple[tuple[slice, ...], np.ndarray]]:
+    """Connected candidates (H, W) bool with sharp edges: where each lies, and which pixels there are its own."""
+    numbered = np.zeros(candidates.shape, np.int32)
+    label(candidates, NEIGHBOURS, output=numbered)
+    for number, box in enumerate(find_objects(numbered), start=1):
+        around = tuple(slice(max(part.start - 1, 0), part.stop + 1) for part in box)
+        one = numbered[around] == number
+        if one.sum() >= LEAST_PIXELS and is_sharp(one, edges[around]):
+            yield around, one
 
 
 def is_sharp(region: np.ndarray, edges: np.ndarray) -> bool:

@@ -13,23 +13,19 @@ from collections.abc import Collection
 import numpy as np
 from scipy.ndimage import (
     binary_erosion,
-    find_objects,
     gaussian_filter,
     gaussian_gradient_magnitude,
-    label,
     maximum_filter,
     white_tophat,
 )
 
 from PolyPoseLib.registration.fit.foreign_objects import (
     LARGEST_SHARE,
-    LEAST_PIXELS,
     LEVEL,
-    NEIGHBOURS,
     THIN_MM,
     grown,
     in_line_integrals,
-    is_sharp,
+    sharp_pieces,
     with_border,
 )
 from PolyPoseLib.registration.fit.levels import Observation, binned, enlarged, pixel_size_mm
@@ -110,7 +106,9 @@ def unexplained_objects(
     excess = np.where(inner, contrast / gain - MARGIN * explained, -1.0)
     steepest = maximum_filter(gaussian_gradient_magnitude(rendered, SMOOTHING_PX), 2 * reach + 1)
     edges = gaussian_gradient_magnitude(measured, SMOOTHING_PX) / gain / np.maximum(steepest, FLAT_GRADIENT)
-    found = _sharp_objects(grown(excess > SURE, excess > POSSIBLE), np.where(inner, edges, 0))
+    found = np.zeros_like(mask)
+    for where, piece in sharp_pieces(grown(excess > SURE, excess > POSSIBLE), np.where(inner, edges, 0)):
+        found[where] |= piece
     around = dilated(projection_mask(problem, state, 0, bones), AROUND_MM / pixel_mm)
     found = with_border(found & around, pixel_mm) & mask
     if found.sum() > LARGEST_SHARE * mask.sum():
@@ -133,16 +131,3 @@ def _thin_contrast(image: np.ndarray, thin_px: int) -> np.ndarray:
 
 def _percentile(contrast: np.ndarray) -> float:
     return float(np.percentile(contrast, GAIN_QUANTILE))
-
-
-def _sharp_objects(candidates: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """(H, W) bool: connected candidates with sharp edges."""
-    numbered = np.zeros(candidates.shape, np.int32)
-    label(candidates, NEIGHBOURS, output=numbered)
-    found = np.zeros_like(candidates)
-    for number, box in enumerate(find_objects(numbered), start=1):
-        around = tuple(slice(max(part.start - 1, 0), part.stop + 1) for part in box)
-        one = numbered[around] == number
-        if one.sum() >= LEAST_PIXELS and is_sharp(one, edges[around]):
-            found[around] |= one
-    return found

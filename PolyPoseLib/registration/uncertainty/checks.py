@@ -140,3 +140,20 @@ def hidden_structures(scene: Scene, after: ViewScores) -> list[str]:
         for k, name in enumerate(scene.names)
         if not after.visible[k].any()
     ]
+
+
+def left_out_warnings(name: str, used: Observation) -> list[str]:
+    """Warnings about the shares of an X-ray that are clipped and that foreign objects cover, where there are any."""
+    given, clipped, foreign = used.given, used.clipped, used.foreign
+    warnings = []
+    if clipped is not None and clipped.any():
+        warnings.append(
+            f"{label_of(name)}: {clipped.sum() / given.sum():.0%} of it is all black or all white, clipped by its "
+            "window or its detector; these pixels are left out. Export it with a wider window."
+        )
+    if foreign is not None and foreign.any():
+        warnings.append(
+            f"{label_of(name)}: metal, instruments or a collimator that the CT does not have cover "
+            f"{max(100 * foreign.sum() / given.sum(), 0.1):.1f} % of it; these pixels are left out."
+        )
+    return warnings
