@@ -28,7 +28,6 @@ from PolyPoseLib.registration.cameras.study import (
     CameraStage,
     StudyCameras,
     find_study_cameras,
-    left_out_warnings,
 )
 from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.fit.problem import JointResult
@@ -47,6 +46,7 @@ from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.checks import (
     ViewScores,
     hidden_structures,
+    left_out_warnings,
     reasons_for_distrust,
     score_views,
 )
@@ -219,10 +219,9 @@ def _soft_tissue(study: Study, options: Options, preset: Preset, magnification: 
 
 @dataclass(frozen=True)
 class _Fitted:
-    """cameras: of stage A; joint: of stage B; used: the X-rays without what was left out;
-    before, after: scores at rest and of the result; evidence: what is known
-    of the poses; doubts: of them, by structure; inconsistent: structures that the X-rays contradict; verdict: on the
-    cameras.
+    """cameras: of stage A; joint: of stage B; used: the X-rays without what was left out; before, after: scores at rest
+    and of the result; evidence: what is known of the poses; doubts: of them, by structure; inconsistent: structures
+    that the X-rays contradict; verdict: on the cameras.
     """
 
     cameras: StudyCameras

@@ -20,8 +20,8 @@ from PolyPoseLib.registration.uncertainty.local_minima import widened_by_local_m
 DISTORTION = 0.03
 """Standard deviation that an image intensifier's distortion leaves in poses, in radians and relative to the radius of
 its field at the patient. Pincushion of 5 to 7 % at the edge and an S of 2 to 3 degrees displace bones by 0.5 to 4 % of
-the radius; with 0.02, 3 of 16 bones of three pelvises and a chest were outside their region, by up to a sixth, with 0.025 one of
-30 of three pelvises and three chests, by 3 %, see Testing/Benchmarks/degraded.py."""
+the radius; with 0.02, 3 of 16 bones of three pelvises and a chest were outside their region, by up to a sixth, with
+0.025 one of 30 of three pelvises and three chests, by 3 %, see Testing/Benchmarks/degraded.py."""
 
 UNCONFIRMED_DEG, UNCONFIRMED_MM = 7.0, 5.0
 """Standard deviations of a bone that no X-ray shows clearly, and along the beam of the one that does, where another

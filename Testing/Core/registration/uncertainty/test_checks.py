@@ -3,9 +3,16 @@
 import numpy as np
 import pytest
 from phantom_study import phantom
+from random_camera import camera
 
+from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.registration.uncertainty.checks import ViewScores, hidden_structures, reasons_for_distrust
+from PolyPoseLib.registration.uncertainty.checks import (
+    ViewScores,
+    hidden_structures,
+    left_out_warnings,
+    reasons_for_distrust,
+)
 
 REST = np.stack([np.eye(4)] * 3)
 
@@ -39,3 +46,17 @@ def test_bones_that_left_every_x_ray_speak_against_the_result_when_they_are_most
     found = reasons_for_distrust(scene, ["a", "b"], *scores, REST)
     assert any("left every X-ray" in reason for reason in found) == distrusted
     assert len(hidden_structures(scene, scores[1])) == len(left)
+
+
+def test_what_is_left_out_is_said_in_shares_of_what_was_given():
+    view = camera(0)
+    whole = np.ones((view.height, view.width), bool)
+    clipped, metal = np.zeros((2, *whole.shape), bool)
+    clipped[: view.height // 2] = True
+    metal[view.height // 4 : 3 * view.height // 4] = True
+    image = np.zeros(whole.shape, np.float32)
+    assert left_out_warnings("a", Observation(image, whole, view)) == []
+    found = left_out_warnings("a", Observation(image, whole & ~clipped, view, clipped=clipped).without(metal))
+    share = 100 * (metal & ~clipped).sum() / whole.size
+    assert [line.startswith('X-ray "a": ') for line in found] == [True, True]
+    assert "50% of it is all black or all white" in found[0] and f"cover {share:.1f} % of it" in found[1]
