@@ -9,6 +9,7 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.simulation.limb_motions import GLIDE_MM, condyles
 from PolyPoseLib.simulation.motion import apply, joint_order
 from PolyPoseLib.simulation.named_motions import Anatomy, named_posture
+from PolyPoseLib.simulation.simulate import SimulationOptions
 
 
 def walker():
@@ -173,6 +174,7 @@ def test_an_amplitude_of_zero_is_rest_and_the_generator_decides(motion, anatomy)
         assert np.array_equal(joint.moving_to_fixed, again.joints[name].moving_to_fixed)
         assert np.allclose(joint.moving_to_fixed[:3, :3] @ joint.moving_to_fixed[:3, :3].T, np.eye(3))
     assert first.soft is None
+    assert all(joint.overlap is None for joint in first.joints.values())
 
 
 @pytest.mark.parametrize(
@@ -195,5 +197,9 @@ def test_an_anatomy_without_the_bones_is_refused_with_its_structures(motion, nee
 def test_amplitudes_of_no_body_are_refused(motion, amplitude):
     with pytest.raises(InputError, match=r"amplitude is .*: give a number of (mm|degrees) from 0 to"):
         named_posture(motion, amplitude, skull(), np.random.default_rng(0))
+    with pytest.raises(
+        InputError, match=r"^The simulation's amplitude is .*: give its motion as well, or leave it out"
+    ):
+        SimulationOptions(amplitude=amplitude)
     with pytest.raises(InputError, match="not known"):
         named_posture("sneezing", None, skull(), np.random.default_rng(0))
