@@ -238,7 +238,8 @@ def _write_degraded(
 def _bytes_of(case: SimulatedCase) -> float:
     """About how many bytes a case takes on the disk: two CTs, the field, and two bytes a pixel."""
     pixels = sum(image.size for image in case.images)
-    return 2.5 * case.ct.voxels.size + 24 * math.prod(case.field.shape) + 2 * pixels
+    voxels = case.ct.voxels.size + case.fixed_ct.voxels.size
+    return 1.25 * voxels + 24 * math.prod(case.field.shape) + 2 * pixels
 
 
 def check_simulation(arguments: argparse.Namespace) -> None:

@@ -37,7 +37,7 @@ _ORDINALS = (
     "seventh", "eighth", "ninth", "tenth", "eleventh", "twelfth",
 )  # fmt: skip
 """How SNOMED CT counts ribs: Fourth rib."""
-_JAW = re.compile(r"^(upper|lower) (?:jawbone|teeth|.*fdi\d+)$|^teeth (upper|lower)$")
+_JAW = re.compile(r"^(upper|lower) (?:jaw|jawbone|teeth|.*fdi\d+)$|^teeth (upper|lower)$")
 _REGION = {"c": "cervical_spine", "t": "thoracic_spine", "l": "lumbar_spine"}
 _PELVIS = ("hip", "hip bone", "sacrum", "coccyx", "pelvis", "ilium", "ischium", "pubis")
 _SINGLE = {

@@ -10,18 +10,21 @@ M-mode ultrasonography", Chest 135, 2009). LPS: x to the left, y to the back, z 
 from __future__ import annotations
 
 import re
+from collections.abc import Container
 
 import numpy as np
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.data.label_names import structure_of
+from PolyPoseLib.errors import InputError
 from PolyPoseLib.simulation.diaphragm import soft_organs
 from PolyPoseLib.simulation.motion import JointMotion, apply, bone_kind, joint_centre, rigid_about
 from PolyPoseLib.simulation.named_motions import Anatomy, Posture, lacking
 
 DEEPEST_MM = 64.0
-"""Descent of the diaphragm in the deepest breath (Boussuges 2009: 70 mm of men, 57 of women)."""
+"""Descent of the diaphragm's right half in the deepest breath, the mean of men and women (Boussuges 2009, standing:
+70 mm, standard deviation 11, of men; 57, standard deviation 10, of women)."""
 
 RIB_NUMBERS = (1, 3, 7, 10, 12)
 PUMP_HANDLE_DEG = (11.0, 11.0, 7.0, 4.0, 2.0)
@@ -43,14 +46,20 @@ _CARTILAGE_MM = 90.0
 def breathing(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Posture:
     """Breathe in until the right half of the diaphragm has descended by amplitude (mm).
 
-    Raises InputError unless ribs are structures of their own, the spine is one, and lungs are among the labels.
+    Raises InputError unless every rib is a structure of its own, the spine is the anchor, and lungs are among the
+    labels.
     """
     ribs = numbered_ribs(anatomy)
-    spine = [name for name in anatomy.structures.names if _is_spine(name) and name not in ribs]
-    if not ribs or not spine or anatomy.anchor in ribs:
+    fused = _holding_ribs(anatomy, ribs)
+    if fused:
+        raise lacking(
+            "breathing", f'every rib as a structure of its own, but "{fused[0]}" holds ribs', anatomy
+        )
+    if not ribs or not _is_spine(anatomy.anchor):
         raise lacking(
             "breathing", "every rib as a structure of its own, and the spine as the anchor", anatomy
         )
+    spine = [name for name in anatomy.structures.names if _is_spine(name)]
     lungs = anatomy.organ("lung")
     if not lungs.any():
         raise lacking("breathing", "lungs among the labels, and a label table that names them", anatomy)
@@ -76,6 +85,22 @@ def numbered_ribs(anatomy: Anatomy) -> dict[str, tuple[str, int]]:
     return found
 
 
+def _holding_ribs(anatomy: Anatomy, ribs: Container[str]) -> list[str]:
+    """Structures that hold ribs, by their names or by most of the voxels of a rib's label, but are not one of ribs."""
+    names = anatomy.structures.names
+    holding = {name for name in names if _is_of_ribs(name)}
+    if anatomy.labels is not None:
+        numbers = [number for number, name in anatomy.names.items() if _is_of_ribs(name)]
+        here = np.isin(anatomy.labels, numbers)
+        labels, structures = anatomy.labels[here], anatomy.structures.labels[here]
+        for label in np.unique(labels):
+            counts = np.bincount(structures[labels == label], minlength=len(names) + 1)
+            most = int(counts.argmax())
+            if most and 2 * counts[most] > counts.sum():
+                holding.add(names[most - 1])
+    return [name for name in names if name in holding and name not in ribs]
+
+
 def separate_ribs(
     groups: dict[str, list[int]], anchor: str, names: dict[int, str]
 ) -> tuple[dict[str, list[int]], str]:
@@ -93,23 +118,37 @@ def separate_ribs(
     Returns
     -------
     groups, anchor
-        What is left of a structure takes the name that fits all its labels, if there is one that is not taken.
+        What is left of a structure takes the name that fits all its labels, if there is one that is not taken. An
+        anchor that is one such bone takes its name.
+
+    Raises
+    ------
+    InputError
+        The anchor holds several ribs, or ribs and the sternum, and nothing else.
 
     """
     parts: dict[str, list[int]] = {}
+    held = anchor
     for name, labels in groups.items():
         moving = {label: structure_of(names.get(label, ""), "bones") or "" for label in labels}
         alone = {label: kind for label, kind in moving.items() if _RIB.match(kind) or kind == "sternum"}
         rest = [label for label in labels if label not in alone]
         kinds = {structure_of(names.get(label, "")) for label in rest}
         kind = next(iter(kinds)) if alone and len(kinds) == 1 else None
-        renamed = kind if kind and kind not in groups else name
+        renamed = kind if kind and kind not in groups and kind not in parts else name
         if rest:
             parts.setdefault(renamed, []).extend(rest)
-            anchor = renamed if name == anchor else anchor
+        if name == anchor:
+            bones = set(alone.values())
+            if not rest and len(bones) > 1:
+                raise InputError(
+                    f'The anchor "{anchor}" holds nothing but ribs and the sternum, which breathing moves apart: '
+                    "choose the spine as the anchor."
+                )
+            held = renamed if rest else next(iter(bones), name)
         for label, bone in alone.items():
             parts.setdefault(bone, []).append(label)
-    return parts, anchor
+    return parts, held
 
 
 def rib_motion(
@@ -138,18 +177,15 @@ def rib_motion(
     angle = float(np.linalg.norm(turn))
     joint = joint_centre("rib", rib, spine)
     axis = turn / angle if angle else np.array([1.0, 0.0, 0.0])
-    return JointMotion(
-        parent, joint, float(np.degrees(angle)), axis, rigid_about(joint, turn, np.zeros(3)), 0.0
-    )
+    return JointMotion(parent, joint, float(np.degrees(angle)), axis, rigid_about(joint, turn, np.zeros(3)))
 
 
 def _sternum(
     anatomy: Anatomy, ribs: dict[str, tuple[str, int]], joints: dict[str, JointMotion]
 ) -> dict[str, JointMotion]:
     """The rigid motion of the sternum that fits where the front ends of the ribs go, in the least squares."""
-    names = [name for name in anatomy.find(("sternum",)) if name != anatomy.anchor]
     moved = {}
-    for name in names:
+    for name in anatomy.find(("sternum",)):
         tree = KDTree(anatomy.points[name])
         before, after = [], []
         for rib, (_, number) in ribs.items():
@@ -175,7 +211,7 @@ def _fitted(before: np.ndarray, after: np.ndarray, joint: np.ndarray, parent: st
     turn = rotation.as_rotvec()
     angle = float(np.linalg.norm(turn))
     axis = turn / angle if angle > 1e-12 else np.array([1.0, 0.0, 0.0])
-    return JointMotion(parent, joint, float(np.degrees(angle)), axis, motion, 0.0)
+    return JointMotion(parent, joint, float(np.degrees(angle)), axis, motion)
 
 
 def _clavicles(anatomy: Anatomy, joints: dict[str, JointMotion]) -> dict[str, JointMotion]:
@@ -185,8 +221,6 @@ def _clavicles(anatomy: Anatomy, joints: dict[str, JointMotion]) -> dict[str, Jo
         return {}
     moved = {}
     for name in anatomy.find(("clavic",)):
-        if name == anatomy.anchor:
-            continue
         points = anatomy.points[name]
         distance, _ = KDTree(anatomy.points[sternum]).query(points)
         inner = points[distance < distance.min() + _CONTACT_MM].mean(0)
@@ -197,9 +231,16 @@ def _clavicles(anatomy: Anatomy, joints: dict[str, JointMotion]) -> dict[str, Jo
         angle = float(np.arctan2(np.linalg.norm(cross), old @ new))
         axis = cross / max(float(np.linalg.norm(cross)), 1e-12)
         motion = rigid_about(outer, angle * axis, np.zeros(3))
-        moved[name] = JointMotion(sternum, outer, float(np.degrees(angle)), axis, motion, 0.0)
+        moved[name] = JointMotion(sternum, outer, float(np.degrees(angle)), axis, motion)
     return moved
 
 
 def _is_spine(name: str) -> bool:
+    """Whether a structure is the spine or what is left of a thorax without its ribs."""
     return bone_kind(name) == "spine" or "thorax" in name.lower()
+
+
+def _is_of_ribs(name: str) -> bool:
+    """Whether a name is that of a rib or of several."""
+    ribs = bone_kind(name) == "rib" and "sternum" not in name.lower()
+    return ribs or (structure_of(name) or "").startswith("ribs")

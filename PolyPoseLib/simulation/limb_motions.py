@@ -7,7 +7,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from PolyPoseLib.simulation.motion import JointMotion, bone_kind, joint_centre, joint_order, rigid_about
+from PolyPoseLib.data.label_names import structure_of
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.simulation.motion import (
+    JointMotion,
+    bone_kind,
+    joint_centre,
+    joint_order,
+    nearest_of,
+    rigid_about,
+)
 from PolyPoseLib.simulation.named_motions import Anatomy, Posture, lacking
 
 _PELVIS = ("pelvis", "hip", "sacrum")
@@ -15,17 +24,23 @@ _LOWER_LEG = ("lower_leg", "tibia")
 _FOREARM = ("forearm", "radius", "ulna")
 
 KNEE_OF_LEADING, KNEE_OF_TRAILING, HIP_OF_TRAILING = 1 / 6, 1 / 2, -1 / 3
-"""Rotations over the leading hip's flexion, when its heel strikes the ground and the other foot leaves it: 30 degrees
-of flexion in front, 10 of extension behind, knees bent by 5 and 15 (J. Perry and J. Burnfield, "Gait Analysis", 2010,
-chapters 5 and 6, rounded)."""
+"""Rotations over the leading hip's flexion, at heel strike of the leading leg: 30 degrees of flexion in front and 10 of
+extension behind (after J. Perry and J. Burnfield, "Gait Analysis", 2010, rounded), the leading knee bent by 5. The
+trailing knee's 15 are a choice."""
 
 SPINE_SHARE = 1 / 6
-"""Rotation of the spine against the pelvis over the hip's flexion: about 5 degrees of 30 (the same, chapter 7)."""
+"""Rotation of the spine against the pelvis over the hip's flexion: about 5 degrees of 30 (the same)."""
 
-CONDYLE_FORWARD_MM, CONDYLE_DOWN_MM = 0.4, 0.2
-"""Glide of the jaw's condyles in mm per degree of opening, which adds up to the 14 mm seen at the widest (J. Travers
-and others, "Associations between incisor and mandibular condylar movements during maximum mouth opening in humans",
-Archives of Oral Biology 45, 2000)."""
+GLIDE_MM = 11.9
+"""Largest glide of the jaw's condyles: the straight line from where they start to where they are at the widest opening,
+along a curve of 14 mm (J. Travers and others, "Associations between incisor and mandibular condylar movements during
+maximum mouth opening in humans", Archives of Oral Biology 45, 2000)."""
+
+WIDEST_DEG = 30.0
+"""Opening at which condyles have glided so far: a choice, as is their direction."""
+
+GLIDE_DIRECTION = np.array([0.0, -2.0, -1.0]) / np.sqrt(5.0)
+"""Forwards and half as much down."""
 
 _SPREAD = 0.06
 """Standard deviation of rotations about the other two axes, over that about the first."""
@@ -36,7 +51,7 @@ def gait(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Postur
 
     Raises InputError unless both femora and the pelvis are structures and the pelvis is the anchor.
     """
-    sides = {side: anatomy.find([f"femur_{side}"]) for side in ("left", "right")}
+    sides = {side: anatomy.named(f"femur_{side}") for side in ("left", "right")}
     if not all(sides.values()) or anatomy.anchor not in anatomy.find(_PELVIS):
         raise lacking("gait", "both femurs (femur_left, femur_right), and the pelvis as the anchor", anatomy)
     leading = ("left", "right")[rng.integers(2)]
@@ -49,7 +64,7 @@ def gait(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Postur
         turns[sides[side][0]] = [-hip * amplitude, *wobble]
         turns |= {name: [knee * amplitude, 0, 0] for name in _of_side(anatomy.find(_LOWER_LEG), side)}
     turn = SPINE_SHARE * amplitude * (1 if leading == "left" else -1)
-    spine = [name for name in anatomy.structures.names if bone_kind(name) == "spine"]
+    spine = [name for name in anatomy.structures.names if _is_spine(name)]
     turns |= {name: [0, 0, turn / len(spine)] for name in spine}
     return Posture(_articulated(anatomy, turns))
 
@@ -60,11 +75,10 @@ def flexion(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Pos
     Raises InputError when no two structures make such a joint.
     """
     hips, knees, elbows = (
-        anatomy.find(words) if anatomy.find(parents) else []
+        [name for name in anatomy.find(words) if name != anatomy.anchor] if anatomy.find(parents) else []
         for words, parents in ((("femur",), _PELVIS), (_LOWER_LEG, ("femur",)), (_FOREARM, ("humerus",)))
     )
     bent = hips or knees or elbows
-    bent = [name for name in bent if name != anatomy.anchor]
     if not bent:
         raise lacking(
             "flexion", "a femur and the pelvis, a lower leg and a femur, or a forearm and a humerus", anatomy
@@ -80,9 +94,9 @@ def flexion(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Pos
 def jaw(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Posture:
     """Open the mouth by amplitude (degrees): the jaw turns about its condyles, which glide forwards.
 
-    Raises InputError unless the mandible is a structure, and not the anchor.
+    Raises InputError unless the mandible is a structure of two halves, and not the anchor.
     """
-    found = [name for name in anatomy.find(("mandible", "jaw")) if name != anatomy.anchor]
+    found = [name for name in anatomy.named("mandible") if name != anatomy.anchor]
     if not found:
         raise lacking("jaw", "the mandible, and another structure as the anchor", anatomy)
     name = found[0]
@@ -91,18 +105,24 @@ def jaw(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Posture
     axis += [0, *rng.normal(0, _SPREAD / 3, 2)]
     axis /= np.linalg.norm(axis)
     share = np.clip(rng.normal(1, 0.15), 0.5, 1.5)
-    glide = share * amplitude * np.array([0, -CONDYLE_FORWARD_MM, -CONDYLE_DOWN_MM])
+    glide = GLIDE_MM * min(share * amplitude / WIDEST_DEG, 1.0) * GLIDE_DIRECTION
     middle = (left + right) / 2
     motion = rigid_about(middle, np.radians(amplitude) * axis, glide)
-    return Posture({name: JointMotion(anatomy.anchor, middle, amplitude, axis, motion, 0.0)})
+    return Posture({name: JointMotion(anatomy.anchor, middle, amplitude, axis, motion)})
 
 
 def condyles(mandible: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Left and right condyle (3,) of a mandible's voxel centres (N, 3): the tops of the posterior half of each side."""
+    """Left and right condyle (3,) of a mandible's voxel centres (N, 3): the tops of the posterior quarter of each side.
+
+    Raises InputError when the mandible has one side only.
+    """
     middle = (mandible[:, 0].min() + mandible[:, 0].max()) / 2
+    sides = mandible[mandible[:, 0] > middle], mandible[mandible[:, 0] <= middle]
+    if not all(map(len, sides)):
+        raise InputError("The mandible is one voxel wide and has no condyles: check its labels.")
     ends = []
-    for side in (mandible[mandible[:, 0] > middle], mandible[mandible[:, 0] <= middle]):
-        behind = side[side[:, 1] > side[:, 1].min() + 0.75 * np.ptp(side[:, 1])]
+    for side in sides:
+        behind = side[side[:, 1] >= side[:, 1].min() + 0.75 * np.ptp(side[:, 1])]
         ends.append(behind[behind[:, 2] > behind[:, 2].max() - 6.0].mean(0))
     return ends[0], ends[1]
 
@@ -113,15 +133,32 @@ def _of_side(names: list[str], side: str) -> list[str]:
 
 
 def _articulated(anatomy: Anatomy, turns: dict[str, list[float]]) -> dict[str, JointMotion]:
-    """Motions of all structures: each turns by its rotation vector (degrees) about its joint and follows its parent."""
+    """Motions of all structures: each turns by its rotation vector (degrees) about its joint and follows its parent.
+
+    What hangs on the anchor but belongs to the trunk follows the spine's structure nearest to it.
+    """
     points = anatomy.points
     placed = {anatomy.anchor: np.eye(4)}
     joints = {}
-    for name, parent in joint_order(points, anatomy.anchor):
+    for name, first in joint_order(points, anatomy.anchor):
+        on_trunk = first == anatomy.anchor and _is_of_trunk(name)
+        parent = nearest_of(points, name, [first, *filter(_is_spine, joints)]) if on_trunk else first
         turn = np.radians(turns.get(name, [0.0, 0.0, 0.0]))
         angle = float(np.linalg.norm(turn))
         joint = joint_centre(name, points[name], points[parent])
         placed[name] = placed[parent] @ rigid_about(joint, turn, np.zeros(3))
         axis = turn / angle if angle else np.array([0.0, 0.0, 1.0])
-        joints[name] = JointMotion(parent, joint, float(np.degrees(angle)), axis, placed[name], 0.0)
+        joints[name] = JointMotion(parent, joint, float(np.degrees(angle)), axis, placed[name])
     return joints
+
+
+def _is_spine(name: str) -> bool:
+    return bone_kind(name) == "spine"
+
+
+def _is_of_trunk(name: str) -> bool:
+    """Whether a structure moves with the spine: ribs, shoulders, arms and the head."""
+    kind = bone_kind(name)
+    return (
+        kind in ("rib", "girdle", "other") and structure_of(name) != "pelvis"
+    ) or "humerus" in name.lower()

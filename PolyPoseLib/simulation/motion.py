@@ -5,6 +5,7 @@ Everything here works on the geometry of the labels alone, independently of the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -96,8 +97,9 @@ class JointMotion:
         Its axis, LPS.
     moving_to_fixed : (4, 4) array
         LPS mm.
-    overlap : float
-        Share of the bone inside bones placed before it.
+    overlap : float, optional
+        Share of the bone inside bones placed before it, where motions are drawn. None in named motions, which do not
+        look; a case's statistics have it for both.
 
     """
 
@@ -106,7 +108,7 @@ class JointMotion:
     rotation_deg: float
     axis: np.ndarray
     moving_to_fixed: np.ndarray
-    overlap: float
+    overlap: float | None = None
 
 
 def bone_kind(name: str) -> str:
@@ -200,7 +202,7 @@ def draw_motions(
         joint = joint_centre(name, points[name], points[parent])
         few = _thin(points[name], 4000)
         shrink = 1.0
-        drawn: list[JointMotion] = []
+        drawn: list[tuple[float, JointMotion]] = []
         for attempt in range(60):
             if attempt >= 20:
                 shrink *= 0.9
@@ -211,10 +213,10 @@ def draw_motions(
             overlap = sampler.overlap(few, candidate, placed)
             angle = float(np.degrees(np.linalg.norm(turn)) * shrink * scale)
             axis = turn / max(np.linalg.norm(turn), 1e-12)
-            drawn.append(JointMotion(parent, joint, angle, axis, candidate, overlap))
+            drawn.append((overlap, JointMotion(parent, joint, angle, axis, candidate, overlap)))
             if overlap <= MAX_OVERLAP:
                 break
-        best = min(drawn, key=lambda motion: motion.overlap)
+        best = min(drawn, key=lambda each: each[0])[1]
         placed[name] = best.moving_to_fixed
         motions[name] = best
     return motions
@@ -264,7 +266,7 @@ def joint_order(points: dict[str, np.ndarray], anchor: str) -> list[tuple[str, s
     rank = {"spine": 0, "rib": 1, "other": 1, "girdle": 3, "limb": 5}
 
     def order(name: str) -> tuple[float, float]:
-        extra = 1 if any(word in name.lower() for word in ("scapula", "sternum")) else 0
+        extra = 1 if any(word in name.lower() for word in ("scapula", "sternum", "fibula")) else 0
         return rank[bone_kind(name)] + extra, from_anchor(name)
 
     placed, result = [anchor], []
@@ -282,6 +284,12 @@ def joint_order(points: dict[str, np.ndarray], anchor: str) -> list[tuple[str, s
         result.append((name, min(candidates, key=lambda n: gap(name, n))))
         placed.append(name)
     return result
+
+
+def nearest_of(points: dict[str, np.ndarray], name: str, others: Sequence[str]) -> str:
+    """The one of other structures that is nearest to a structure; points: {structure: voxel centres (N, 3)}."""
+    tree = KDTree(_thin(points[name], _MAX_POINTS))
+    return min(others, key=lambda other: float(tree.query(_thin(points[other], _MAX_POINTS))[0].min()))
 
 
 def _turn(kind: str, rng: np.random.Generator) -> np.ndarray:

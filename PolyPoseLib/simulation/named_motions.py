@@ -5,6 +5,7 @@ All of them are laws of their own, made from the labels alone: nothing here know
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from PolyPoseLib.data.label_names import structure_of
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.simulation.motion import JointMotion, structure_points
 from PolyPoseLib.simulation.simulation_limits import AMPLITUDES, require_motion
@@ -19,6 +21,9 @@ from PolyPoseLib.simulation.simulation_limits import AMPLITUDES, require_motion
 if TYPE_CHECKING:
     from PolyPoseLib.data.structures import Structures
     from PolyPoseLib.simulation.soft_motion import SoftMotion
+
+
+_BETWEEN_WORDS = re.compile(r"[\s_-]+")
 
 
 @dataclass(frozen=True)
@@ -56,20 +61,22 @@ class Anatomy:
         """Voxel size (3,) along (k, j, i) in mm."""
         return np.linalg.norm(self.affine[:3, :3], axis=0)[::-1]
 
-    def find(self, words: Iterable[str], without: Iterable[str] = ()) -> list[str]:
-        """Structures whose names hold one of the words and none of the others."""
-        words, without = tuple(words), tuple(without)
-        return [
-            name
-            for name in self.structures.names
-            if any(word in name.lower() for word in words) and not any(w in name.lower() for w in without)
-        ]
+    def find(self, words: Iterable[str]) -> list[str]:
+        """Structures whose names hold one of the words."""
+        words = tuple(words)
+        return [name for name in self.structures.names if any(word in name.lower() for word in words)]
+
+    def named(self, bone: str) -> list[str]:
+        """Structures that are a bone by their name, such as femur_left (`structure_of`)."""
+        return [name for name in self.structures.names if structure_of(name) == bone]
 
     def organ(self, *words: str) -> np.ndarray:
         """Where labels are (k, j, i) whose names hold all of the words as words of their own."""
         if self.labels is None:
             return np.zeros(self.structures.labels.shape, bool)
-        chosen = [n for n, name in self.names.items() if set(words) <= set(name.lower().split("_"))]
+        chosen = [
+            n for n, name in self.names.items() if set(words) <= set(_BETWEEN_WORDS.split(name.lower()))
+        ]
         return np.isin(self.labels, chosen)
 
 

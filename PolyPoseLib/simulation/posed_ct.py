@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.ndimage import binary_opening, distance_transform_edt, find_objects, map_coordinates
 
+from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.geometry.grid import connected_components
 from PolyPoseLib.simulation.elastic import solve_elastic
 from PolyPoseLib.simulation.fixed_grid import FixedGrid, room_for
 from PolyPoseLib.simulation.harmonic import jacobian_determinants, solve_laplace
 from PolyPoseLib.simulation.motion import apply
 from PolyPoseLib.simulation.nearest import nearest_known
-from PolyPoseLib.simulation.soft_motion import AIR_HU, SoftMotion, keep_mass, node_slice
+from PolyPoseLib.simulation.soft_motion import SoftMotion, keep_mass, node_slice
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.structures import Structures
-    from PolyPoseLib.data.volume import Volume
 
 BODY_HU = -400.0
 _KNOWN_SHARE = 0.15

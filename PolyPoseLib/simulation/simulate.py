@@ -93,7 +93,7 @@ class SimulationOptions:
         """Check the ranges; raises InputError."""
         for name, limits in simulation_limits.OPTIONS.items():
             require_in_range(getattr(self, name), limits, f"The simulation's {name}")
-        require_motion(self.motion, self.amplitude, ("The simulation's motion", "The simulation's amplitude"))
+        require_motion(self.motion, self.amplitude, ("its motion", "The simulation's amplitude"))
         if self.ends not in ("cut", "continued"):
             raise InputError('The simulation\'s ends must be "cut" or "continued".')
         if self.tissue not in ("harmonic", "elastic"):

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from PolyPoseLib.data.volume import AIR_HU
 from PolyPoseLib.simulation.harmonic import interpolate_axis
 from PolyPoseLib.simulation.motion import apply
 
 if TYPE_CHECKING:
     from PolyPoseLib.simulation.fixed_grid import FixedGrid
-
-AIR_HU = -1000.0
 
 
 @dataclass(frozen=True)

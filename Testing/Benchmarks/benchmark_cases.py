@@ -89,14 +89,14 @@ def case_folder(
     """
     options = options or SimulationOptions()
     folder = work / "-".join(part for part in (anatomy, views, f"{pixels}px", f"seed{seed}", name) if part)
-    settings = json.dumps({"options": repr(options)})
+    groups = {structure: list(numbers) for structure, numbers in (groups or STRUCTURES[anatomy]).items()}
+    settings = json.dumps({"options": repr(options), "groups": groups})
     stamp = folder / "settings.json"
     if stamp.is_file() and stamp.read_text() == settings:
         return folder
     if folder.exists():
         raise SystemExit(f"{folder} holds a case of other settings or an unfinished one: remove it.")
     ct, _, labels, organ_names = load_anatomy(anatomy)
-    groups = dict(groups or STRUCTURES[anatomy])
     structures = structures_from_labels(labels, groups, ct)
     count, arc = parse_views(views)
     isocenter = structures_centre(structures, ct.affine)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,9 @@ Row = dict[str, Any]
 
 INTERRUPTED = (130, -2, -15)
 """Exit statuses of a registration that somebody stopped: such a row is not kept, and run again the next time."""
+
+MAKING = threading.Lock()
+"""One case is made at a time: each takes a gigabyte while it is."""
 
 
 class Store:

@@ -79,8 +79,9 @@ def main() -> int:
             continue
         folder = breathing_case(seed, arguments)
         truth = load_truth(folder / "truth")
+        studies = [study_of(key, folder, truth) for key in missing]
         with ThreadPoolExecutor(arguments.jobs) as pool:
-            for row in pool.map(lambda key: run_row(key, folder, truth, arguments), missing):  # noqa: B023
+            for row in pool.map(lambda *each: run_row(*each, truth, arguments), missing, studies):  # noqa: B023
                 store.put(row)
                 print(describe(row), flush=True)
         if not arguments.keep:
@@ -120,15 +121,21 @@ def structures() -> tuple[dict[str, list[int]], str]:
     return {anchor: groups[anchor], **groups}, anchor
 
 
-def run_row(key: Row, folder: Path, truth: Truth, arguments: argparse.Namespace) -> Row:
-    """Register one case in one way, and score what came out."""
-    study, preset = folder / "study.json", key["mode"]
-    if preset == "paper_true_cameras":
-        study, preset = study_of_true_cameras(folder, truth.cameras), "paper"
-    stands_for: dict[str, str] = {}
-    if key["bodies"] == "sides":
-        study, stands_for = study_of_sides(study)
-    result = folder / f"result_{key['bodies']}_{key['mode']}"
+def study_of(key: Row, folder: Path, truth: Truth) -> tuple[Path, dict[str, str]]:
+    """Write the study of one way to register a case, before any registration reads it; and {structure: its body}."""
+    study = folder / "study.json"
+    if key["mode"] == "paper_true_cameras":
+        study = study_of_true_cameras(folder, truth.cameras)
+    return study_of_sides(study) if key["bodies"] == "sides" else (study, {})
+
+
+def run_row(
+    key: Row, written: tuple[Path, dict[str, str]], truth: Truth, arguments: argparse.Namespace
+) -> Row:
+    """Register one case in one way, and score what came out; written: as study_of gives it."""
+    study, stands_for = written
+    preset = "paper" if key["mode"] == "paper_true_cameras" else key["mode"]
+    result = study.with_name(f"result_{key['bodies']}_{key['mode']}")
     shutil.rmtree(result, ignore_errors=True)
     row = key | {"size_factor": 1.0} | register_row(study, result, arguments, preset)
     if (result / "result.json").is_file():

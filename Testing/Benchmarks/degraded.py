@@ -16,12 +16,11 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
-import threading
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from benchmark_cases import STRUCTURES
-from benchmark_store import Store, add_run_arguments, parsed, register_row
+from benchmark_store import MAKING, Store, add_run_arguments, parsed, register_row
 from degraded_cases import CLEAN, covered_shares, degraded_case, structures_of
 from degraded_pictures import write_pictures
 from degraded_scores import score_folder
@@ -34,9 +33,6 @@ NAME = "degraded"
 
 FIELDS = ("kind", "anatomy", "views", "seed", "pixels")
 """What tells one case from another."""
-
-_MAKING = threading.Lock()
-"""One case is made at a time: each takes a gigabyte while it is."""
 
 
 def main() -> int:
@@ -90,7 +86,7 @@ def run_row(key: dict[str, Any], arguments: argparse.Namespace) -> dict[str, Any
     kind, anatomy = key["kind"], key["anatomy"]
     folder = arguments.work / NAME / "-".join(str(value) for value in key.values())
     shutil.rmtree(folder, ignore_errors=True)
-    with _MAKING:
+    with MAKING:
         degraded = degraded_case(anatomy, key["views"], key["seed"], key["pixels"], kind)
         study = write_degraded_study(degraded, folder, structures_of(anatomy))
         truth, covered = degraded_truth(degraded), covered_shares(degraded)

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from benchmark_cases import STRUCTURES, case_folder
-from benchmark_store import Row, Store, add_run_arguments, machines, parsed, register_row
+from benchmark_store import MAKING, Row, Store, add_run_arguments, machines, parsed, register_row
 from benchmark_tables import table
 from degraded_scores import FAILED_MM, score_folder, silent_failures
 
@@ -79,9 +79,10 @@ def run_row(key: Row, arguments: argparse.Namespace) -> Row:
     """Simulate, register, score."""
     options = SimulationOptions(motion_scale=key["scale"])
     name = f"range{key['scale']:g}"
-    folder = case_folder(
-        key["anatomy"], key["views"], key["seed"], key["pixels"], arguments.work, options, name
-    )
+    with MAKING:
+        folder = case_folder(
+            key["anatomy"], key["views"], key["seed"], key["pixels"], arguments.work, options, name
+        )
     truth = load_truth(folder / "truth")
     result = folder / "result"
     shutil.rmtree(result, ignore_errors=True)

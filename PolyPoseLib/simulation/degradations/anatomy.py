@@ -24,9 +24,9 @@ def bone_points(case: SimulatedCase, name: str) -> np.ndarray:
     """Voxel centres (N, 3) of a structure in LPS mm, in the posture of the X-rays; of the CT where it left the grid."""
     number = case.structures.names.index(name) + 1
     kji = np.argwhere(case.fixed_labels.voxels == number)
-    if not len(kji):
-        kji = np.argwhere(case.structures.labels == number)
-    return case.fixed_labels.to_world(kji[:, ::-1])
+    if len(kji):
+        return case.fixed_labels.to_world(kji[:, ::-1])
+    return case.ct.to_world(np.argwhere(case.structures.labels == number)[:, ::-1])
 
 
 def bones_of_kind(case: SimulatedCase, *kinds: str) -> list[str]:

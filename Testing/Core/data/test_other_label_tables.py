@@ -31,7 +31,7 @@ def test_every_bone_of_the_limbs_belongs_to_a_structure():
     [
         ("lower_left_canine_fdi33", "mandible"), ("upper_right_first_molar_pulp_fdi116", "skull"),
         ("teeth_lower", "mandible"), ("teeth_upper", "skull"), ("upper_jawbone", "skull"),
-        ("left_maxillary_sinus", None),
+        ("lower jaw", "mandible"), ("upper_jaw", "skull"), ("left_maxillary_sinus", None),
         ("zygomatic_arch_right", "skull"), ("hyoid", "hyoid"), ("intervertebral_discs", None), ("crown", None),
         ("left_mandibular_incisive_canal_fdi103", None), ("head", None),
     ],

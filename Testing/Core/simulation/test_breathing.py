@@ -156,6 +156,41 @@ def test_what_breathing_needs_is_named():
         named_posture("breathing", None, Anatomy(fused, anatomy.affine, "spine", source.voxels, LABELS), rng)
 
 
+@pytest.mark.parametrize("anchor", ["sternum", "clavicle_left", "pelvis"])
+def test_the_anchor_of_breathing_is_the_spine(anchor):
+    _, source, anatomy = anatomy_of()
+    names = tuple(anchor if name == "sternum" else name for name in NAMES)
+    other = Anatomy(
+        Structures(names, anatomy.structures.labels), anatomy.affine, anchor, source.voxels, LABELS
+    )
+    with pytest.raises(InputError, match="and the spine as the anchor"):
+        named_posture("breathing", None, other, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("fused", ["ribs_left", "side"])
+def test_ribs_that_would_stay_still_are_refused(fused):
+    """Those of one side are one structure, found by its name or by its labels."""
+    _, source, anatomy = anatomy_of()
+    before = anatomy.structures.labels
+    names = (NAMES[0], fused, *RIBS[4:], "sternum")
+    number_of = np.array([0, 1, 2, 2, 2, 2, *range(3, 8)], np.int16)
+    labels = np.where(before > 0, before + 100, source.voxels)
+    all_names = LABELS | {number + 101: name for number, name in enumerate(NAMES)}
+    left = Anatomy(Structures(names, number_of[before]), anatomy.affine, NAMES[0], labels, all_names)
+    with pytest.raises(InputError, match=f'every rib .*but "{fused}" holds ribs'):
+        named_posture("breathing", None, left, np.random.default_rng(0))
+    known = Anatomy(anatomy.structures, anatomy.affine, NAMES[0], labels, all_names)
+    assert set(RIBS) <= set(named_posture("breathing", None, known, np.random.default_rng(0)).joints)
+
+
+@pytest.mark.parametrize("name", ["lung_left", "left lung", "Left-Lung"])
+def test_organs_are_found_however_their_words_are_joined(name):
+    labels = np.array([[[0, 1, 2]]])
+    structures = Structures(("spine", "skull"), labels)
+    anatomy = Anatomy(structures, np.eye(4), "spine", labels, {1: name, 2: "lungfish left"})
+    assert anatomy.organ("lung", "left").tolist() == [[[False, True, False]]]
+
+
 def test_a_speck_of_lung_moves_no_diaphragm():
     _, source, anatomy = anatomy_of()
     labels = np.where(np.isin(source.voxels, LUNGS), 0, source.voxels)
@@ -191,6 +226,21 @@ def test_ribs_are_taken_out_of_what_holds_them():
         "femur_left": [6],
     }
     assert separate_ribs({"femur_left": [6]}, "femur_left", names) == ({"femur_left": [6]}, "femur_left")
+
+
+def test_what_is_left_of_two_structures_stays_two():
+    names = {1: "vertebrae_T1", 2: "rib_left_1", 3: "vertebrae_T10", 4: "rib_left_10"}
+    groups, anchor = separate_ribs({"upper": [1, 2], "lower": [3, 4]}, "lower", names)
+    assert groups == {"thoracic_spine": [1], "rib_left_1": [2], "lower": [3], "rib_left_10": [4]}
+    assert anchor == "lower"
+
+
+def test_an_anchor_of_ribs_is_named_as_its_bone_or_refused():
+    names = {1: "sternum", 2: "vertebrae_T4", 3: "rib_left_4", 4: "rib_left_5"}
+    groups, anchor = separate_ribs({"breastbone": [1], "spine": [2]}, "breastbone", names)
+    assert anchor == "sternum" and groups == {"sternum": [1], "spine": [2]}
+    with pytest.raises(InputError, match=r'anchor "cage" holds nothing but ribs .*: choose the spine'):
+        separate_ribs({"cage": [3, 4], "spine": [2]}, "cage", names)
 
 
 @pytest.mark.long

@@ -6,9 +6,10 @@ from simulation_phantom import HEAD_CENTRE, phantom
 
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.simulation.limb_motions import condyles
-from PolyPoseLib.simulation.motion import apply
+from PolyPoseLib.simulation.limb_motions import GLIDE_MM, condyles
+from PolyPoseLib.simulation.motion import apply, joint_order
 from PolyPoseLib.simulation.named_motions import Anatomy, named_posture
+from PolyPoseLib.simulation.simulate import SimulationOptions
 
 
 def walker():
@@ -81,6 +82,88 @@ def test_the_mouth_opens_downwards_about_the_condyles():
         assert 2 < np.linalg.norm(apply(motion, condyle) - condyle) < 11
 
 
+def renamed(anatomy, **others):
+    """The anatomy with other names for some of its structures."""
+    structures = anatomy.structures
+    names = tuple(others.get(name, name) for name in structures.names)
+    anchor = others.get(anatomy.anchor, anatomy.anchor)
+    return Anatomy(Structures(names, structures.labels), anatomy.affine, anchor)
+
+
+@pytest.mark.parametrize("lower", ["mandible", "lower_jaw"])
+def test_the_upper_jaw_stays(lower):
+    anatomy = renamed(skull(), skull="upper_jaw", mandible=lower)
+    labels = anatomy.structures.labels.copy()
+    labels[25:] = 3
+    names = (*anatomy.structures.names, "skull")
+    whole = Anatomy(Structures(names, labels), anatomy.affine, "skull")
+    assert list(named_posture("jaw", 15.0, whole, np.random.default_rng(0)).joints) == [lower]
+
+
+def test_a_jaw_without_two_halves_is_refused():
+    thin = skull().structures.labels.copy()
+    thin[:20] = 0
+    thin[2:6, 5:30, 20] = 2
+    anatomy = Anatomy(Structures(("skull", "mandible"), thin), np.diag([3.0, 3.0, 3.0, 1.0]), "skull")
+    with pytest.raises(InputError, match="mandible is one voxel wide"):
+        named_posture("jaw", 15.0, anatomy, np.random.default_rng(0))
+
+
+def test_condyles_glide_no_farther_than_at_the_widest():
+    anatomy = skull()
+    for seed in range(8):
+        posture = named_posture("jaw", 40.0, anatomy, np.random.default_rng(seed)).joints["mandible"]
+        glide = np.linalg.norm(apply(posture.moving_to_fixed, posture.joint) - posture.joint)
+        assert 0.6 * GLIDE_MM < glide <= GLIDE_MM + 1e-9
+
+
+def leg(anchor):
+    """A femur under a pelvis, a tibia under it with a fibula beside."""
+    labels = np.zeros((60, 20, 20), np.int16)
+    labels[50:, 5:15, 5:15] = 1
+    labels[30:49, 8:12, 8:12] = 2
+    labels[2:29, 7:11, 10:15] = 3
+    labels[4:32, 7:9, 6:8] = 4
+    names = ("pelvis", "femur_left", "tibia_left", "fibula_left")
+    return Anatomy(Structures(names, labels), np.diag([5.0, 5.0, 5.0, 1.0]), anchor)
+
+
+def test_the_knee_bends_where_the_femur_is_the_anchor():
+    posture = named_posture("flexion", 40.0, leg("femur_left"), np.random.default_rng(0))
+    assert posture.joints["tibia_left"].rotation_deg == pytest.approx(40, rel=0.05)
+    assert posture.joints["pelvis"].rotation_deg == 0
+
+
+def test_the_fibula_goes_with_the_tibia_even_where_it_is_nearer():
+    anatomy = leg("femur_left")
+    assert dict(joint_order(anatomy.points, "femur_left"))["fibula_left"] == "tibia_left"
+    joints = named_posture("flexion", 40.0, anatomy, np.random.default_rng(0)).joints
+    assert np.allclose(joints["fibula_left"].moving_to_fixed, joints["tibia_left"].moving_to_fixed)
+
+
+def test_femurs_are_found_with_the_side_before_or_behind():
+    anatomy = renamed(walker(), femur_left="left femur", femur_right="Right femur")
+    posture = named_posture("gait", 30.0, anatomy, np.random.default_rng(0))
+    assert posture.joints["left femur"].rotation_deg > 5 and posture.joints["Right femur"].rotation_deg > 5
+
+
+def test_ribs_turn_with_the_spine_and_the_sacrum_does_not():
+    """Two bones beside the upper vertebra, of which one belongs to the pelvis."""
+    anatomy = walker()
+    labels = anatomy.structures.labels.copy()
+    upper = np.argwhere(labels == 4)
+    k, j = upper.mean(0).astype(int)[:2]
+    labels[k, j, upper[:, 2].max() + 1 : upper[:, 2].max() + 6] = 6
+    labels[k, j, upper[:, 2].min() - 5 : upper[:, 2].min()] = 7
+    whole = Anatomy(
+        Structures((*anatomy.structures.names, "ribs_left", "sacrum"), labels), anatomy.affine, "pelvis"
+    )
+    joints = named_posture("gait", 30.0, whole, np.random.default_rng(0)).joints
+    assert joints["ribs_left"].parent == "vertebrae_L4"
+    assert np.allclose(joints["ribs_left"].moving_to_fixed, joints["vertebrae_L4"].moving_to_fixed)
+    assert np.allclose(joints["sacrum"].moving_to_fixed, np.eye(4))
+
+
 @pytest.mark.parametrize(("motion", "anatomy"), [("flexion", walker), ("gait", walker), ("jaw", skull)])
 def test_an_amplitude_of_zero_is_rest_and_the_generator_decides(motion, anatomy):
     anatomy = anatomy()
@@ -91,6 +174,7 @@ def test_an_amplitude_of_zero_is_rest_and_the_generator_decides(motion, anatomy)
         assert np.array_equal(joint.moving_to_fixed, again.joints[name].moving_to_fixed)
         assert np.allclose(joint.moving_to_fixed[:3, :3] @ joint.moving_to_fixed[:3, :3].T, np.eye(3))
     assert first.soft is None
+    assert all(joint.overlap is None for joint in first.joints.values())
 
 
 @pytest.mark.parametrize(
@@ -113,5 +197,9 @@ def test_an_anatomy_without_the_bones_is_refused_with_its_structures(motion, nee
 def test_amplitudes_of_no_body_are_refused(motion, amplitude):
     with pytest.raises(InputError, match=r"amplitude is .*: give a number of (mm|degrees) from 0 to"):
         named_posture(motion, amplitude, skull(), np.random.default_rng(0))
+    with pytest.raises(
+        InputError, match=r"^The simulation's amplitude is .*: give its motion as well, or leave it out"
+    ):
+        SimulationOptions(amplitude=amplitude)
     with pytest.raises(InputError, match="not known"):
         named_posture("sneezing", None, skull(), np.random.default_rng(0))

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from simulation_phantom import HEAD_CENTRE, phantom
 
+from PolyPoseLib.cli.simulate import _bytes_of
+from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.evaluation.score import score_motion
 from PolyPoseLib.io.cases import write_case
 from PolyPoseLib.io.truths import load_truth
 from PolyPoseLib.simulation import fixed_grid
+from PolyPoseLib.simulation.degradations.anatomy import bone_points
 from PolyPoseLib.simulation.fixed_grid import FixedGrid, room_for
 from PolyPoseLib.simulation.motion import rigid_about
 from PolyPoseLib.simulation.simulate import SimulationOptions, simulate_case, view_cameras
@@ -52,6 +55,37 @@ def test_a_truth_on_a_wider_grid_is_read_and_scored(case, tmp_path):
     assert truth.moving_labels.same_grid(truth.fixed_labels)
     scores = score_motion(truth.fixed_to_moving, truth.field, truth)
     assert scores["summary"]["mean_tre_mm"] < 1.5 and scores["summary"]["mean_pose_tre_mm"] < 1e-9
+
+
+def test_a_field_on_the_cts_own_grid_is_scored_against_a_wider_truth(case):
+    """Bones in the CT score as with the truth's own field; of the one that leaves, only the border's value is known."""
+    ct = case.ct
+    index = np.stack(np.meshgrid(*map(np.arange, ct.shape), indexing="ij"), -1)[..., ::-1]
+    field = DisplacementField(
+        case.field.sample(ct.to_world(index.reshape(-1, 3))).reshape(*ct.shape, 3), ct.affine
+    )
+    truth = truth_of(case)
+    assert field.shape != truth.fixed_labels.shape
+    scores, best = (
+        score_motion(truth.fixed_to_moving, each, truth)["structures"] for each in (field, case.field)
+    )
+    for name in ("pelvis", "vertebrae_L5", "vertebrae_L4"):
+        assert scores[name]["tre_mean_mm"] == pytest.approx(best[name]["tre_mean_mm"], abs=0.05)
+        assert scores[name]["dice"] == pytest.approx(best[name]["dice"], abs=0.03)
+    femur = scores["femur_left"]
+    assert 10 < femur["tre_mean_mm"] < femur["rest_tre_mean_mm"] and femur["pose_tre_mean_mm"] < 1e-9
+
+
+def test_bones_that_left_the_grid_are_where_the_ct_has_them(case):
+    """Wires and implants are placed there, in the CT's world and not in that of the wider grid."""
+    gone = case.fixed_labels.with_voxels(np.where(case.fixed_labels.voxels == 2, 0, case.fixed_labels.voxels))
+    points = bone_points(replace(case, fixed_labels=gone), "femur_left")
+    assert np.allclose(points, case.ct.to_world(np.argwhere(case.structures.labels == 2)[:, ::-1]))
+
+
+def test_the_disk_space_asked_for_grows_with_the_grid(case):
+    small = replace(case, fixed_ct=case.ct)
+    assert _bytes_of(case) > _bytes_of(small)
 
 
 def test_without_far_motion_the_grid_is_the_cts():
