@@ -97,9 +97,10 @@ def fit_structures(
     fitted: JointResult | None = None
     for stage in stages:
         if stage.without_objects:
-            observations = _without_objects(run, given, observations, poses)
+            suspect = inconsistent_bones(run, observations, poses)
+            observations = _without_objects(run, given, observations, poses, suspect)
             share = structure_visibility(run.scene, observations, poses).hidden_share
-            run = replace(run, hidden={k: float(share[k]) for k in run.scene.moving})
+            run = replace(run, hidden={k: float(share[k]) for k in {*run.hidden, *suspect}})
         if stage.restart is not None and unplaced:
             poses = restart_bones(run, observations, poses, stage.restart, unplaced)
         if stage.restart_inconsistent and unplaced:
@@ -114,13 +115,16 @@ def fit_structures(
 
 
 def _without_objects(
-    run: Run, given: Sequence[Observation], observations: Sequence[Observation], poses: np.ndarray
+    run: Run,
+    given: Sequence[Observation],
+    observations: Sequence[Observation],
+    poses: np.ndarray,
+    suspect: Collection[int],
 ) -> list[Observation]:
-    """The X-rays as given, with their present cameras, without what a contradicted bone's rendering does not have.
+    """The X-rays as given, with their present cameras, without what suspect bones' renderings do not have.
 
     What an earlier level left out counts again: its bones may have been elsewhere.
     """
-    suspect = inconsistent_bones(run, observations, poses)
     anew = [before.with_camera(now.camera) for before, now in zip(given, observations, strict=True)]
     return [without_unexplained_objects(run, each, poses, suspect) for each in anew]
 

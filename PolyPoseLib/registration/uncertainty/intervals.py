@@ -85,9 +85,9 @@ def structure_uncertainties(
 def error_behind_metal(share: float) -> PoseUncertainty:
     """What a bone's pose may be off by more, of which metal hides a share, 0 to 1.
 
-    It grows steeply, with the fourth power: wires and screws leave a bone's outline, a prosthesis replaces it.
+    It grows steeply, with the third power: wires and screws leave a bone's outline, a prosthesis replaces it.
     """
-    part = (share / HIDDEN_SHARE) ** 4
+    part = (share / HIDDEN_SHARE) ** 3
     return PoseUncertainty.independent(part * UNCONFIRMED_DEG, part * UNCONFIRMED_MM)
 
 
