@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from PolyPoseLib.data.displacement_field import DisplacementField
-from PolyPoseLib.registration.bones.rejection import inconsistent_bones, restart_inconsistent
+from PolyPoseLib.registration.bones.agreement import structure_agreement
+from PolyPoseLib.registration.bones.rejection import restart_inconsistent
 from PolyPoseLib.registration.bones.restarts import restart_bones
 from PolyPoseLib.registration.bones.visibility import structure_visibility
 from PolyPoseLib.registration.fit.levels import Level, Observation
@@ -97,10 +98,10 @@ def fit_structures(
     fitted: JointResult | None = None
     for stage in stages:
         if stage.without_objects:
-            suspect = inconsistent_bones(run, observations, poses)
-            observations = _without_objects(run, given, observations, poses, suspect)
+            contradicted = structure_agreement(run, observations, poses).inconsistent(run.scene.anchor)
+            observations = _without_objects(run, given, observations, poses, contradicted)
             share = structure_visibility(run.scene, observations, poses).hidden_share
-            run = replace(run, hidden={k: float(share[k]) for k in {*run.hidden, *suspect}})
+            run = replace(run, hidden={k: float(share[k]) for k in {*run.hidden, *contradicted}})
         if stage.restart is not None and unplaced:
             poses = restart_bones(run, observations, poses, stage.restart, unplaced)
         if stage.restart_inconsistent and unplaced:
@@ -119,14 +120,14 @@ def _without_objects(
     given: Sequence[Observation],
     observations: Sequence[Observation],
     poses: np.ndarray,
-    suspect: Collection[int],
+    bones: Collection[int],
 ) -> list[Observation]:
-    """The X-rays as given, with their present cameras, without what suspect bones' renderings do not have.
+    """The X-rays as given, with their present cameras, without objects that these bones' renderings do not have.
 
     What an earlier level left out counts again: its bones may have been elsewhere.
     """
     anew = [before.with_camera(now.camera) for before, now in zip(given, observations, strict=True)]
-    return [without_unexplained_objects(run, each, poses, suspect) for each in anew]
+    return [without_unexplained_objects(run, each, poses, bones) for each in anew]
 
 
 class _LevelFit:

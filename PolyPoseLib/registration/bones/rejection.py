@@ -16,12 +16,6 @@ SUSPECT = 0.08
 """Mean squared residual where a bone shows above which it is restarted."""
 
 
-def inconsistent_bones(run: Run, observations: Sequence[Observation], poses: np.ndarray) -> list[int]:
-    """Indices of the bones whose rendering at poses (K, 4, 4) some X-ray contradicts."""
-    residuals = structure_residuals(run, observations, poses)
-    return [k for k in run.scene.moving if (residuals[k] > SUSPECT).any()]
-
-
 def restart_inconsistent(
     run: Run,
     observations: Sequence[Observation],
@@ -50,8 +44,9 @@ def restart_inconsistent(
         The best poses found.
 
     """
+    residuals = structure_residuals(run, observations, poses)
     candidates = run.scene.moving if among is None else among
-    which = [k for k in inconsistent_bones(run, observations, poses) if k in candidates]
+    which = [k for k in candidates if (residuals[k] > SUSPECT).any()]
     for n, level in enumerate(levels if which else ()):
         poses = restart_bones(run, observations, poses, level, which, far=n == 0)
     return poses
