@@ -42,7 +42,7 @@ class Run:
         How many times larger than the patient the scene is (:mod:`PolyPoseLib.registration.magnification`); lengths
         that people read are divided by it.
     hidden : mapping of int to float
-        Shares, 0 to 1, that metal hides of structures that the X-rays contradict; their joints hold them the more.
+        Shares, 0 to 1, that metal hides of the structures that their joints hold the more for it.
 
     """
 

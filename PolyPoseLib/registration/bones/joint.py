@@ -25,6 +25,10 @@ REFRESH_EVERY = 3
 SOFT_TISSUE_TOLERANCE = 0.1
 """Motion, in pixels, that the rendered soft tissue may lag behind."""
 
+MOSTLY_HIDDEN = 0.6
+"""Share behind metal from which on a bone is held by its joints whether or not the X-rays contradict it: too little of
+it shows for that."""
+
 BONE_RADIUS_MM = 50.0
 """Lever at which a bone's rotation is counted as motion."""
 
@@ -101,7 +105,8 @@ def fit_structures(
             contradicted = structure_agreement(run, observations, poses).inconsistent(run.scene.anchor)
             observations = _without_objects(run, given, observations, poses, contradicted)
             share = structure_visibility(run.scene, observations, poses).hidden_share
-            run = replace(run, hidden={k: float(share[k]) for k in {*run.hidden, *contradicted}})
+            held = {*run.hidden, *contradicted} | {k for k in run.scene.moving if share[k] > MOSTLY_HIDDEN}
+            run = replace(run, hidden={k: float(share[k]) for k in held})
         if stage.restart is not None and unplaced:
             poses = restart_bones(run, observations, poses, stage.restart, unplaced)
         if stage.restart_inconsistent and unplaced:
