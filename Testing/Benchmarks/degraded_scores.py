@@ -23,10 +23,9 @@ REFUSED, DISTRUSTED = 2, 3
 """Exit statuses."""
 
 _FLAG = re.compile(
-    r"contradict|inconsisten|uncertain|not reliable|shows in no|hidden|leaves view|fit equally|covers or changes",
-    re.I,
+    r"contradict|inconsisten|uncertain|not reliable|shows in no|hidden|leaves view|fit equally", re.I
 )
-"""Words of a warning that tells a person not to rely on the bone it names, or to check it since something covers it."""
+"""Words of a warning that tells a person not to rely on the bone it names."""
 
 
 def score_folder(

@@ -149,16 +149,3 @@ def test_tables_hold_every_row(tmp_path):
     assert coverage_table(rows).count("\n") == 10
     write_degraded_tables(rows, tmp_path / "degraded.md")
     assert "2026-01-01: 3 rows" in (tmp_path / "degraded.md").read_text()
-
-
-def test_a_bone_that_something_covers_in_one_x_ray_counts_as_flagged():
-    from types import SimpleNamespace
-
-    from PolyPoseLib.registration.uncertainty.doubts import disputed_warnings
-
-    scene = SimpleNamespace(names=("pelvis", "femur_left", "femur"), moving=(1, 2))
-    against = np.array([[False, False], [False, True], [False, False]])
-    agreement = SimpleNamespace(contradicted=against, supported=~against, disputed=against.any(axis=1))
-    evidence = SimpleNamespace(names=("view 1", "view 2"), agreement=agreement)
-    result = {"warnings": disputed_warnings(scene, evidence)}
-    assert is_flagged("femur_left", result) and not is_flagged("femur", result)
