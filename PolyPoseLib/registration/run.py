@@ -19,7 +19,8 @@ Preview = Callable[[DisplacementField], str | None]
 
 HELD, HELD_FROM, HELD_WHOLLY = 100.0, 0.3, 0.7
 """How many times more weight the joints of a hidden structure have, the shares hidden from which they gain weight and
-at which they have all of it: what the X-rays do not show stays near its neighbours. Wires and screws hide less."""
+at which they have all of it: what the X-rays do not show stays near its neighbours. Wires and instruments hide up to
+0.2, pedicle screws and a prosthesis 0.4 to 0.5."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from PolyPoseLib.registration.bones.visibility import structure_visibility
 from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import CameraGroups, JointResult, State, corrected
-from PolyPoseLib.registration.fit.unexplained_objects import without_unexplained_objects
+from PolyPoseLib.registration.fit.unexplained_objects import unexplained_objects
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.run import Run
 
@@ -132,7 +132,7 @@ def _without_objects(
     What an earlier level left out counts again: its bones may have been elsewhere.
     """
     anew = [before.with_camera(now.camera) for before, now in zip(given, observations, strict=True)]
-    return [without_unexplained_objects(run, each, poses, bones) for each in anew]
+    return [each.without(unexplained_objects(run, each, poses, bones)) for each in anew]
 
 
 class _LevelFit:

@@ -60,7 +60,7 @@ BORDER_MM = 3.0
 LARGEST_SHARE = 0.3
 """Of an X-ray; where more seems to be foreign, the X-ray and the CT are not comparable, and nothing is left out."""
 
-NEIGHBOURS = np.ones((3, 3), bool)
+_NEIGHBOURS = np.ones((3, 3), bool)
 
 
 @dataclass(frozen=True)
@@ -111,18 +111,14 @@ def foreign_objects(run: Run, observation: Observation, reach_mm: float = INITIA
     thin_contrast = np.where(mask, np.asarray(white_tophat(measured, 2 * thin + 1)), 0.0)
     candidates = grown(excess > SURE, excess > POSSIBLE)
     found = _objects(candidates, thin_contrast, _edges(measured, expected.whole, mask, candidates))
-    found = with_border(found, pixel_mm) & mask
-    if found.sum() > LARGEST_SHARE * mask.sum():
-        found[:] = False
-    return enlarged(found, factor, observation.image.shape)
+    return enlarged(left_out(found, mask, pixel_mm), factor, observation.image.shape)
 
 
 def without_foreign_objects(
     run: Run, observation: Observation, reach_mm: float = INITIAL_REACH_MM
 ) -> Observation:
     """The X-ray with foreign objects left out of its mask."""
-    found = foreign_objects(run, observation, reach_mm)
-    return observation.without(found)
+    return observation.without(foreign_objects(run, observation, reach_mm))
 
 
 def _expected(run: Run, level: LevelViews) -> _Expected:
@@ -134,11 +130,12 @@ def _expected(run: Run, level: LevelViews) -> _Expected:
     return _Expected(whole, level.views[0].static, bones)
 
 
-def with_border(found: np.ndarray, pixel_mm: float) -> np.ndarray:
-    """(H, W) bool: objects with their blurred edges."""
+def left_out(found: np.ndarray, mask: np.ndarray, pixel_mm: float) -> np.ndarray:
+    """(H, W) bool: objects with their blurred edges inside a mask; nothing where that is too much of it."""
     if not found.any():
         return found
-    return np.asarray(binary_dilation(found, iterations=max(1, round(BORDER_MM / pixel_mm))), dtype=bool)
+    bordered = binary_dilation(found, iterations=max(1, round(BORDER_MM / pixel_mm))) & mask
+    return bordered if bordered.sum() <= LARGEST_SHARE * mask.sum() else np.zeros_like(mask)
 
 
 def in_line_integrals(image: np.ndarray, mask: np.ndarray, whole: np.ndarray) -> np.ndarray | None:
@@ -175,7 +172,7 @@ def _objects(candidates: np.ndarray, thin_contrast: np.ndarray, edges: np.ndarra
             piece = np.zeros_like(candidates)
             piece[around] = one
             whole = grown(piece, thin_contrast > contrast / 2)
-            if is_sharp(whole & ~piece, edges):  # not where it runs into anatomy
+            if _is_sharp(whole & ~piece, edges):  # not where it runs into anatomy
                 found |= whole
     return found
 
@@ -183,15 +180,15 @@ def _objects(candidates: np.ndarray, thin_contrast: np.ndarray, edges: np.ndarra
 def sharp_pieces(candidates: np.ndarray, edges: np.ndarray) -> Iterator[tuple[tuple[slice, ...], np.ndarray]]:
     """Connected candidates (H, W) bool with sharp edges: where each lies, and which pixels there are its own."""
     numbered = np.zeros(candidates.shape, np.int32)
-    label(candidates, NEIGHBOURS, output=numbered)
+    label(candidates, _NEIGHBOURS, output=numbered)
     for number, box in enumerate(find_objects(numbered), start=1):
         around = tuple(slice(max(part.start - 1, 0), part.stop + 1) for part in box)
         one = numbered[around] == number
-        if one.sum() >= LEAST_PIXELS and is_sharp(one, edges[around]):
+        if one.sum() >= LEAST_PIXELS and _is_sharp(one, edges[around]):
             yield around, one
 
 
-def is_sharp(region: np.ndarray, edges: np.ndarray) -> bool:
+def _is_sharp(region: np.ndarray, edges: np.ndarray) -> bool:
     """Whether the sharpest tenth of a region's border is sharper than anatomy."""
     border = np.asarray(binary_dilation(region), dtype=bool)
     return bool(border.any() and np.percentile(edges[border], 90) >= SHARPER)
@@ -199,4 +196,4 @@ def is_sharp(region: np.ndarray, edges: np.ndarray) -> bool:
 
 def grown(seeds: np.ndarray, possible: np.ndarray) -> np.ndarray:
     """(H, W) bool: what of the possible is connected with the seeds."""
-    return np.asarray(binary_propagation(seeds, NEIGHBOURS, mask=possible))
+    return np.asarray(binary_propagation(seeds, _NEIGHBOURS, mask=possible))

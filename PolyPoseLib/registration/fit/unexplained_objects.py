@@ -20,17 +20,16 @@ from scipy.ndimage import (
 )
 
 from PolyPoseLib.registration.fit.foreign_objects import (
-    LARGEST_SHARE,
     LEVEL,
     THIN_MM,
     grown,
     in_line_integrals,
+    left_out,
     sharp_pieces,
-    with_border,
 )
 from PolyPoseLib.registration.fit.levels import Observation, binned, enlarged, pixel_size_mm
 from PolyPoseLib.registration.fit.views import LevelViews
-from PolyPoseLib.registration.fit.weighting import dilated, projection_mask
+from PolyPoseLib.registration.fit.weighting import dilated, mark_shown
 from PolyPoseLib.registration.run import Run
 
 REACH_MM = 8.0
@@ -98,36 +97,24 @@ def unexplained_objects(
     reach, far, thin = (max(1, round(each / pixel_mm)) for each in (REACH_MM, BONE_REACH_MM, THIN_MM))
     contrast, expected = (_thin_contrast(each, thin) for each in (measured, rendered))
     explained = maximum_filter(expected, 2 * reach + 1)
+    shows = np.zeros_like(mask)
     for k in bones:
+        mark_shown(shows, parts[k])
         alone = np.zeros_like(rendered)
         alone[parts[k].slices] = parts[k].image
         explained = np.maximum(explained, maximum_filter(_thin_contrast(alone, thin), 2 * far + 1))
-    gain = max(_percentile(contrast[inner]) / max(_percentile(expected[inner]), 1e-6), 1.0)
+    amplified, usual = (np.percentile(each[inner], GAIN_QUANTILE) for each in (contrast, expected))
+    gain = max(float(amplified / max(usual, 1e-6)), 1.0)
     excess = np.where(inner, contrast / gain - MARGIN * explained, -1.0)
     steepest = maximum_filter(gaussian_gradient_magnitude(rendered, SMOOTHING_PX), 2 * reach + 1)
     edges = gaussian_gradient_magnitude(measured, SMOOTHING_PX) / gain / np.maximum(steepest, FLAT_GRADIENT)
     found = np.zeros_like(mask)
     for where, piece in sharp_pieces(grown(excess > SURE, excess > POSSIBLE), np.where(inner, edges, 0)):
         found[where] |= piece
-    around = dilated(projection_mask(problem, state, 0, bones), AROUND_MM / pixel_mm)
-    found = with_border(found & around, pixel_mm) & mask
-    if found.sum() > LARGEST_SHARE * mask.sum():
-        return nothing
-    return enlarged(found, factor, observation.image.shape)
-
-
-def without_unexplained_objects(
-    run: Run, observation: Observation, poses: np.ndarray, bones: Collection[int]
-) -> Observation:
-    """The X-ray with such objects left out of its mask."""
-    found = unexplained_objects(run, observation, poses, bones)
-    return observation.without(found)
+    found &= dilated(shows, AROUND_MM / pixel_mm)
+    return enlarged(left_out(found, mask, pixel_mm), factor, observation.image.shape)
 
 
 def _thin_contrast(image: np.ndarray, thin_px: int) -> np.ndarray:
     """(H, W) how much brighter a pixel is than what lies on both sides of it."""
     return np.asarray(white_tophat(gaussian_filter(image, SMOOTHING_PX), 2 * thin_px + 1))
-
-
-def _percentile(contrast: np.ndarray) -> float:
-    return float(np.percentile(contrast, GAIN_QUANTILE))

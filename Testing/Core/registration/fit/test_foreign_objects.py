@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from drawn_rod import rod
 from quiet_run import quiet_run
 
 from PolyPoseLib.registration.fit.foreign_objects import (
@@ -15,15 +16,6 @@ from PolyPoseLib.registration.fit.levels import Observation
 def observed(simulated, image, number=0, initial=True):
     cameras = simulated.initial_cameras if initial else simulated.cameras
     return Observation(image.astype(np.float32), np.ones(image.shape, bool), cameras[number])
-
-
-def rod(shape, rng):
-    """(H, W) bool: a straight rod of 5 pixels across the middle of the X-ray, in a random direction."""
-    angle = rng.uniform(0, np.pi)
-    rows, columns = np.indices(shape)
-    across = (rows - shape[0] / 2) * np.cos(angle) - (columns - shape[1] / 2) * np.sin(angle)
-    along = (rows - shape[0] / 2) * np.sin(angle) + (columns - shape[1] / 2) * np.cos(angle)
-    return (np.abs(across) <= 2.5) & (np.abs(along) < 0.3 * shape[0])
 
 
 @pytest.mark.parametrize("number", [0, 1])

@@ -2,17 +2,19 @@
 
 import numpy as np
 import pytest
+from drawn_rod import rod
 from quiet_run import quiet_run
 
 from PolyPoseLib.geometry.rigid import perturbation
 from PolyPoseLib.registration.fit.levels import Observation
-from PolyPoseLib.registration.fit.unexplained_objects import (
-    unexplained_objects,
-    without_unexplained_objects,
-)
+from PolyPoseLib.registration.fit.unexplained_objects import unexplained_objects
 
 EVERY = (1, 2)
 """The bones of the phantom that move."""
+
+
+THIN = (1.5, 0.25)
+"""Half width in pixels and half length, over the X-ray's height, of a wire."""
 
 
 def observed(simulated, image, number=0):
@@ -21,15 +23,6 @@ def observed(simulated, image, number=0):
 
 def true_poses(simulated, scene):
     return np.stack([simulated.fixed_to_moving[name] for name in scene.names])
-
-
-def wire(shape, rng):
-    """(H, W) bool: a wire of 3 pixels near the middle of the X-ray, in a random direction."""
-    angle = rng.uniform(0, np.pi)
-    rows, columns = np.indices(shape)
-    across = (rows - shape[0] / 2) * np.cos(angle) - (columns - shape[1] / 2) * np.sin(angle)
-    along = (rows - shape[0] / 2) * np.sin(angle) + (columns - shape[1] / 2) * np.cos(angle)
-    return (np.abs(across) <= 1.5) & (np.abs(along) < 0.25 * shape[0])
 
 
 @pytest.mark.parametrize("number", [0, 1])
@@ -57,7 +50,7 @@ def test_bones_beside_their_place_are_not_taken_for_metal(simulated, scene, seed
 def test_a_wire_is_left_out_and_little_else(simulated, scene, seed):
     number = seed % 2
     image = simulated.images[number]
-    metal = wire(image.shape, np.random.default_rng(seed))
+    metal = rod(image.shape, np.random.default_rng(seed), *THIN)
     poses = true_poses(simulated, scene)
     found = unexplained_objects(
         quiet_run(scene), observed(simulated, image + 2.0 * metal, number), poses, EVERY
@@ -67,9 +60,9 @@ def test_a_wire_is_left_out_and_little_else(simulated, scene, seed):
 
 
 def test_the_mask_loses_the_metal_and_tells_it_apart(simulated, scene):
-    image = simulated.images[0] + 2.0 * wire(simulated.images[0].shape, np.random.default_rng(0))
+    image = simulated.images[0] + 2.0 * rod(simulated.images[0].shape, np.random.default_rng(0), *THIN)
     before = observed(simulated, image)
-    after = without_unexplained_objects(quiet_run(scene), before, true_poses(simulated, scene), EVERY)
+    after = before.without(unexplained_objects(quiet_run(scene), before, true_poses(simulated, scene), EVERY))
     assert after.foreign is not None and after.foreign.any()
     np.testing.assert_array_equal(after.mask, before.mask & ~after.foreign)
     np.testing.assert_array_equal(after.given, before.mask)
@@ -88,6 +81,7 @@ def test_a_masked_out_picture_has_no_metal(simulated, scene):
 
 
 def test_where_nothing_contradicts_a_bone_all_is_left_as_it_is(simulated, scene):
-    image = simulated.images[0] + 2.0 * wire(simulated.images[0].shape, np.random.default_rng(0))
+    image = simulated.images[0] + 2.0 * rod(simulated.images[0].shape, np.random.default_rng(0), *THIN)
     before = observed(simulated, image)
-    assert without_unexplained_objects(quiet_run(scene), before, true_poses(simulated, scene), ()) is before
+    found = unexplained_objects(quiet_run(scene), before, true_poses(simulated, scene), ())
+    assert before.without(found) is before
