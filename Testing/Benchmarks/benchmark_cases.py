@@ -63,13 +63,13 @@ def parse_views(text: str) -> tuple[int, float]:
     return int(count), float(arc)
 
 
-def load_anatomy(name: str):
-    """CT, structures, the full label map and its organs' names."""
+def load_anatomy(name: str, groups: Mapping[str, list[int]] | None = None):
+    """CT, structures, the full label map and its organs' names; groups: labels of other structures than STRUCTURES."""
     folder = fetch_sample(name)
     ct = read_ct(folder / CT_FILE)
     labels = read_volume(folder / LABELS_FILE)
     labels = Volume(labels.voxels.astype(np.int16), ct.affine)
-    structures = structures_from_labels(labels, STRUCTURES[name], ct)
+    structures = structures_from_labels(labels, groups or STRUCTURES[name], ct)
     return ct, structures, labels, label_table(sample_named(name).label_table)
 
 
@@ -96,8 +96,7 @@ def case_folder(
         return folder
     if folder.exists():
         raise SystemExit(f"{folder} holds a case of other settings or an unfinished one: remove it.")
-    ct, _, labels, organ_names = load_anatomy(anatomy)
-    structures = structures_from_labels(labels, groups, ct)
+    ct, structures, labels, organ_names = load_anatomy(anatomy, groups)
     count, arc = parse_views(views)
     isocenter = structures_centre(structures, ct.affine)
     to_detector, to_isocenter = DISTANCES_MM[anatomy]

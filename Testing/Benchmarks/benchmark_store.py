@@ -6,15 +6,17 @@ import argparse
 import json
 import os
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from benchmark_cases import parse_views
 from benchmark_runs import RESULTS, register_command, run_measured
 from benchmark_tables import machine
 
 Row = dict[str, Any]
+Case = TypeVar("Case")
 
 INTERRUPTED = (130, -2, -15)
 """Exit statuses of a registration that somebody stopped: such a row is not kept, and run again the next time."""
@@ -36,6 +38,19 @@ class Store:
     def has(self, key: Row) -> bool:
         """Whether there is a row with these fields."""
         return any(_matches(row, key) for row in self.rows)
+
+    def missing(self, keys: Iterable[Row], again: bool) -> list[Row]:
+        """Those of the keys that are to be run: without a row, or all when they are run again."""
+        return [key for key in keys if again or not self.has(key)]
+
+    def run(
+        self, cases: Sequence[Case], jobs: int, make: Callable[[Case], Row], say: Callable[[Row], str]
+    ) -> None:
+        """Make the rows of cases, so many at a time; put each and say a line about it as it comes."""
+        with ThreadPoolExecutor(jobs) as pool:
+            for row in pool.map(make, cases):
+                self.put(row)
+                print(say(row), flush=True)
 
     def put(self, row: Row) -> None:
         """Add a row in the place of an earlier one of the same case, unless it was interrupted."""

@@ -17,7 +17,7 @@ import argparse
 import json
 import shutil
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -74,16 +74,13 @@ def main() -> int:
             for bodies in arguments.bodies
             for mode in arguments.modes
         ]
-        missing = [key for key in keys if arguments.again or not store.has(key)]
+        missing = store.missing(keys, arguments.again)
         if not missing:
             continue
         folder = breathing_case(seed, arguments)
         truth = load_truth(folder / "truth")
-        studies = [study_of(key, folder, truth) for key in missing]
-        with ThreadPoolExecutor(arguments.jobs) as pool:
-            for row in pool.map(lambda *each: run_row(*each, truth, arguments), missing, studies):  # noqa: B023
-                store.put(row)
-                print(describe(row), flush=True)
+        cases = [(key, study_of(key, folder, truth)) for key in missing]
+        store.run(cases, arguments.jobs, partial(run_row, truth=truth, arguments=arguments), describe)
         if not arguments.keep:
             shutil.rmtree(folder)
     return 0
@@ -130,10 +127,10 @@ def study_of(key: Row, folder: Path, truth: Truth) -> tuple[Path, dict[str, str]
 
 
 def run_row(
-    key: Row, written: tuple[Path, dict[str, str]], truth: Truth, arguments: argparse.Namespace
+    case: tuple[Row, tuple[Path, dict[str, str]]], truth: Truth, arguments: argparse.Namespace
 ) -> Row:
-    """Register one case in one way, and score what came out; written: as study_of gives it."""
-    study, stands_for = written
+    """Register one case in one way, and score what came out; case: its key, and what study_of gives of it."""
+    key, (study, stands_for) = case
     preset = "paper" if key["mode"] == "paper_true_cameras" else key["mode"]
     result = study.with_name(f"result_{key['bodies']}_{key['mode']}")
     shutil.rmtree(result, ignore_errors=True)

@@ -16,7 +16,6 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from benchmark_cases import STRUCTURES
@@ -59,11 +58,8 @@ def main() -> int:
                 }
                 for kind in [CLEAN, *arguments.kinds]
             ]
-            missing = [key for key in keys if arguments.again or not store.has(key)]
-            with ThreadPoolExecutor(arguments.jobs) as pool:
-                for row in pool.map(lambda key: run_row(key, arguments), missing):
-                    store.put(row)
-                    print(describe(row), flush=True)
+            missing = store.missing(keys, arguments.again)
+            store.run(missing, arguments.jobs, lambda key: run_row(key, arguments), describe)
     return 0
 
 

@@ -8,7 +8,6 @@ import numpy as np
 from benchmark_cases import DISTANCES_MM, load_anatomy, parse_views
 from scipy.ndimage import binary_dilation
 
-from PolyPoseLib.data.structures import structures_from_labels
 from PolyPoseLib.io.samples import sample_named
 from PolyPoseLib.simulation.degradations.anatomy import bone_points
 from PolyPoseLib.simulation.degradations.degraded_case import DegradedCase, View
@@ -31,8 +30,7 @@ COVERING_LINE = 0.7
 @lru_cache(maxsize=1)
 def simulated(anatomy: str, views: str, seed: int, pixels: int) -> SimulatedCase:
     """The case that is degraded; the last one is kept."""
-    ct, _, labels, _ = load_anatomy(anatomy)
-    structures = structures_from_labels(labels, structures_of(anatomy), ct)
+    ct, structures, labels, _ = load_anatomy(anatomy, structures_of(anatomy))
     count, arc = parse_views(views)
     to_detector, to_isocenter = DISTANCES_MM[anatomy]
     cameras = view_cameras(

@@ -95,7 +95,7 @@ def kinds_table(rows: list[Row]) -> str:
         lines.append(
             [
                 kind + mark,
-                millimetres(bones),
+                _millimetres(bones),
                 _against_clean(mine, rows),
                 exits,
                 f"{sum(bone['flagged'] for bone in bones)}/{len(bones)}",
@@ -130,13 +130,13 @@ def describe(row: Row) -> str:
     bones = list(row.get("bones", {}).values())
     silent = ", ".join(silent_failures(row))
     return (
-        f"{row['anatomy']} seed {row['seed']} {row['kind']}: exit {row['exit_status']}, {millimetres(bones)} mm"
+        f"{row['anatomy']} seed {row['seed']} {row['kind']}: exit {row['exit_status']}, {_millimetres(bones)} mm"
         + (f", silent: {silent}" if silent else "")
         + f", {row['wall_seconds']:.0f} s"
     )
 
 
-def millimetres(bones: list[dict[str, Any]]) -> str:
+def _millimetres(bones: list[dict[str, Any]]) -> str:
     """Mean and worst error."""
     errors = [bone["tre_mean_mm"] for bone in bones]
     return f"{np.mean(errors):.2f} / {np.max(errors):.2f}" if errors else "-"

@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -56,11 +55,8 @@ def main() -> int:
         for scale in arguments.scales
         for seed in arguments.seeds
     ]
-    missing = [key for key in keys if arguments.again or not store.has(key)]
-    with ThreadPoolExecutor(arguments.jobs) as pool:
-        for row in pool.map(lambda key: run_row(key, arguments), missing):
-            store.put(row)
-            print(describe(row), flush=True)
+    missing = store.missing(keys, arguments.again)
+    store.run(missing, arguments.jobs, lambda key: run_row(key, arguments), describe)
     return 0
 
 

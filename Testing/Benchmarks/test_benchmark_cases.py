@@ -22,7 +22,7 @@ def unsimulated(monkeypatch):
         made.append(folder)
 
     monkeypatch.setattr(
-        benchmark_cases, "load_anatomy", lambda _: (SimpleNamespace(affine=None), None, None, {})
+        benchmark_cases, "load_anatomy", lambda *_: (SimpleNamespace(affine=None), None, None, {})
     )
     for name in ("structures_from_labels", "structures_centre", "view_cameras", "simulate_case"):
         monkeypatch.setattr(benchmark_cases, name, lambda *_, **__: None)
@@ -76,7 +76,7 @@ def test_registrations_of_one_case_write_no_study(monkeypatch, tmp_path):
 
     monkeypatch.setattr(breathing, "register_row", register_row)
     for key, each in zip(keys, written, strict=True):
-        breathing.run_row(key, each, truth, Namespace())
+        breathing.run_row((key, each), truth, Namespace())
     assert {path: path.stat().st_mtime_ns for path in tmp_path.glob("*.json")} == before
     names = ["study.json", "study_sides.json", "study_true_cameras.json", "study_true_cameras_sides.json"]
     assert sorted({name for name, _ in read}) == names
