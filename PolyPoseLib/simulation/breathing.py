@@ -174,10 +174,8 @@ def rib_motion(
     outwards = 1.0 if side == "left" else -1.0
     # The front end rises with a turn against x on both sides, the side of the rib with one away from the middle.
     turn = share * np.radians([-pump, -outwards * bucket, 0.0])
-    angle = float(np.linalg.norm(turn))
     joint = joint_centre("rib", rib, spine)
-    axis = turn / angle if angle else np.array([1.0, 0.0, 0.0])
-    return JointMotion(parent, joint, float(np.degrees(angle)), axis, rigid_about(joint, turn, np.zeros(3)))
+    return JointMotion.turned(parent, joint, turn, rigid_about(joint, turn, np.zeros(3)))
 
 
 def _sternum(
@@ -208,10 +206,7 @@ def _fitted(before: np.ndarray, after: np.ndarray, joint: np.ndarray, parent: st
     motion = np.eye(4)
     motion[:3, :3] = rotation.as_matrix()
     motion[:3, 3] = second - motion[:3, :3] @ first
-    turn = rotation.as_rotvec()
-    angle = float(np.linalg.norm(turn))
-    axis = turn / angle if angle > 1e-12 else np.array([1.0, 0.0, 0.0])
-    return JointMotion(parent, joint, float(np.degrees(angle)), axis, motion)
+    return JointMotion.turned(parent, joint, rotation.as_rotvec(), motion)
 
 
 def _clavicles(anatomy: Anatomy, joints: dict[str, JointMotion]) -> dict[str, JointMotion]:
@@ -231,7 +226,7 @@ def _clavicles(anatomy: Anatomy, joints: dict[str, JointMotion]) -> dict[str, Jo
         angle = float(np.arctan2(np.linalg.norm(cross), old @ new))
         axis = cross / max(float(np.linalg.norm(cross)), 1e-12)
         motion = rigid_about(outer, angle * axis, np.zeros(3))
-        moved[name] = JointMotion(sternum, outer, float(np.degrees(angle)), axis, motion)
+        moved[name] = JointMotion.turned(sternum, outer, angle * axis, motion)
     return moved
 
 

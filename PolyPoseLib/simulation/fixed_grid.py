@@ -70,16 +70,16 @@ class FixedGrid:
         while share > 0 and np.prod(np.array(ct.shape, float) + pads.sum(0)) > MOST_VOXELS:
             share -= 0.05
             pads = least + np.floor(max(share, 0) * (wanted - least)).astype(int)
-        factor = three(max(1, round(node_mm / s)) for s in spacing)
+        factor = _three(max(1, round(node_mm / s)) for s in spacing)
         affine = ct.affine.copy()
         affine[:3, 3] = ct.to_world(-pads[0][::-1].astype(np.float64))
-        shape = three(n + p for n, p in zip(ct.shape, pads.sum(0).tolist(), strict=True))
-        return cls(affine, shape, three(ct.shape), three(pads[0].tolist()), factor)
+        shape = _three(n + p for n, p in zip(ct.shape, pads.sum(0).tolist(), strict=True))
+        return cls(affine, shape, _three(ct.shape), _three(pads[0].tolist()), factor)
 
     @property
     def node_shape(self) -> Three:
         """Nodes along (k, j, i); the last may lie past the last voxel."""
-        return three(-(-(n - 1) // f) + 1 for n, f in zip(self.shape, self.factor, strict=True))
+        return _three(-(-(n - 1) // f) + 1 for n, f in zip(self.shape, self.factor, strict=True))
 
     @property
     def node_affine(self) -> np.ndarray:
@@ -149,7 +149,7 @@ def widened(volume: Volume, onto: Volume) -> Volume:
     return Volume(voxels, onto.affine)
 
 
-def three(values: Iterable[int]) -> Three:
+def _three(values: Iterable[int]) -> Three:
     """Numbers along (k, j, i)."""
     k, j, i = values
     return k, j, i

@@ -144,11 +144,9 @@ def _articulated(anatomy: Anatomy, turns: dict[str, list[float]]) -> dict[str, J
         on_trunk = first == anatomy.anchor and _is_of_trunk(name)
         parent = nearest_of(points, name, [first, *filter(_is_spine, joints)]) if on_trunk else first
         turn = np.radians(turns.get(name, [0.0, 0.0, 0.0]))
-        angle = float(np.linalg.norm(turn))
         joint = joint_centre(name, points[name], points[parent])
         placed[name] = placed[parent] @ rigid_about(joint, turn, np.zeros(3))
-        axis = turn / angle if angle else np.array([0.0, 0.0, 1.0])
-        joints[name] = JointMotion(parent, joint, float(np.degrees(angle)), axis, placed[name])
+        joints[name] = JointMotion.turned(parent, joint, turn, placed[name])
     return joints
 
 

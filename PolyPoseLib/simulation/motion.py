@@ -110,6 +110,15 @@ class JointMotion:
     moving_to_fixed: np.ndarray
     overlap: float | None = None
 
+    @classmethod
+    def turned(
+        cls, parent: str, joint: np.ndarray, turn: np.ndarray, moving_to_fixed: np.ndarray
+    ) -> JointMotion:
+        """Of a bone that turns at its joint by a rotation vector (3,) in radians; about z where it does not turn."""
+        angle = float(np.linalg.norm(turn))
+        axis = turn / angle if angle > 1e-12 else np.array([0.0, 0.0, 1.0])
+        return cls(parent, joint, float(np.degrees(angle)), axis, moving_to_fixed)
+
 
 def bone_kind(name: str) -> str:
     """The row of ROTATION_RANGE_DEG for a structure's name; "other" when none fits."""
