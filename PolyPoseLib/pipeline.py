@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -116,6 +116,7 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
     with monitor.timed("bones"):
         fit = method.fit_bones(cameras)
     joint, final = fit.joint, fit.observations
+    run = replace(run, soft_tissue=fit.soft_tissue)
     with monitor.timed("scoring"):
         after = score_views(run, final, joint.poses)
         agreement = structure_agreement(run, final, joint.poses)
@@ -178,7 +179,9 @@ def _method(study: Study, options: Options, preset: Preset, run: Run) -> _Method
         def fit_published(cameras: StudyCameras) -> StructureFit:
             joint = fit_structures_by_gmncc(run, study.ct, cameras.refined, options.optimizer or "adam")
             observed = zip(cameras.refined, joint.cameras, strict=True)
-            return StructureFit([each.with_camera(camera) for each, camera in observed], joint)
+            return StructureFit(
+                [each.with_camera(camera) for each, camera in observed], joint, run.soft_tissue
+            )
 
         return _Method(refine_published, fit_published)
 

@@ -89,10 +89,11 @@ def warp_study(
     distances = distance_maps(study.structures, study.ct.affine)
     exact = soft.warp(distances, poses)
     affine, shape, aligned = transform_grid(study.ct, spacing_mm)
-    as_posed = displacement_field(exact, affine, shape)
+    as_posed = soft.moved(displacement_field(exact, affine, shape))
     transform = unfolded(as_posed, _near_bone(exact, affine)) if unfold else as_posed
     small = study.ct.voxels.size * len(study.structures.names) <= EXACT_WORK
-    warp: AnyWarp = exact if small and not aligned and transform is as_posed else transform
+    is_exact = transform is as_posed and soft.coefficients is None
+    warp: AnyWarp = exact if small and not aligned and is_exact else transform
     labels = study.source_segmentation or Volume(study.structures.labels, study.ct.affine)
     if composed:
         ct = compose_warped_ct(study.ct, study.structures, poses, warp)

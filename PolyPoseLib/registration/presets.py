@@ -9,6 +9,9 @@ from PolyPoseLib.registration.fit.levels import Level
 from PolyPoseLib.warp.polyrigid import WeightFrame
 from PolyPoseLib.warp.weights import WeightForm
 
+ANCHOR = Level(3.0, 20.0, 15)
+"""At which cameras are refined by the anchor alone."""
+
 
 @dataclass(frozen=True)
 class Preset:
@@ -39,8 +42,14 @@ PRESETS: dict[str, Preset] = {
     "default": Preset(
         camera_levels=(Level(6.0, 40.0, 15), Level(3.0, 20.0, 15), Level(2.0, 14.0, 10)),
         joint=(
-            JointStage(Level(6.0, 40.0, 20, 0.01)),
-            JointStage(Level(3.0, 20.0, 20, 0.005), restart=Level(4.0, 28.0, 10, 0.001)),
+            JointStage(Level(6.0, 40.0, 20, 0.01), soft_motion=True, holds_cameras=True),
+            JointStage(Level(6.0, 40.0, 20, 0.01), soft_motion=True, holds_cameras=True, anchor=ANCHOR),
+            JointStage(
+                Level(3.0, 20.0, 20, 0.005),
+                soft_motion=True,
+                anchor=ANCHOR,
+                restart=Level(4.0, 28.0, 10, 0.001),
+            ),
             JointStage(
                 Level(2.0, 14.0, 20, 0.002), restart=Level(3.0, 20.0, 10, 0.001), without_objects=True
             ),

@@ -56,6 +56,12 @@ class Body:
         return np.linalg.inv(self.affine)
 
     @cached_property
+    def gradient(self) -> np.ndarray:
+        """(D, H, W, 3) float32 derivative of the voxels along moving LPS x, y, z, 1/mm^2."""
+        by_index = np.stack(np.gradient(self.voxels)[::-1], axis=-1)
+        return by_index @ self.world_to_index[:3, :3].astype(np.float32)
+
+    @cached_property
     def corners(self) -> np.ndarray:
         """(8, 3) moving LPS mm of the box's corners."""
         size = np.array(self.voxels.shape[::-1]) - 1

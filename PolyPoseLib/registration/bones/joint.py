@@ -12,9 +12,12 @@ from PolyPoseLib.registration.bones.agreement import structure_agreement
 from PolyPoseLib.registration.bones.rejection import restart_inconsistent
 from PolyPoseLib.registration.bones.restarts import restart_bones
 from PolyPoseLib.registration.bones.visibility import structure_visibility
+from PolyPoseLib.registration.cameras.anchor_alone import refine_by_anchor_alone
 from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import CameraGroups, JointResult, State, corrected
+from PolyPoseLib.registration.fit.soft_motion import fit_soft_motion
+from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.fit.unexplained_objects import unexplained_objects
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.run import Run
@@ -47,6 +50,12 @@ class JointStage:
         At which bones that the X-rays contradict are restarted before.
     without_objects : bool
         Whether metal and instruments around bones that the X-rays contradict are left out from here on.
+    soft_motion : bool
+        Whether the soft tissue's motion beside the bones' is fitted.
+    anchor : Level, optional
+        At which cameras are refined by the anchor alone before.
+    holds_cameras : bool
+        Whether cameras stand still while the bones are fitted.
 
     """
 
@@ -54,14 +63,20 @@ class JointStage:
     restart: Level | None = None
     restart_inconsistent: tuple[Level, ...] = ()
     without_objects: bool = False
+    soft_motion: bool = False
+    anchor: Level | None = None
+    holds_cameras: bool = False
 
 
 @dataclass(frozen=True)
 class StructureFit:
-    """observations: the X-rays with the cameras found, and without what was left out; joint: of the last level."""
+    """observations: the X-rays with the cameras found, and without what was left out; joint: of the last level;
+    soft_tissue: with the motion that was found beside the bones'.
+    """
 
     observations: Sequence[Observation]
     joint: JointResult
+    soft_tissue: SoftTissue
 
 
 def fit_structures(
@@ -107,17 +122,20 @@ def fit_structures(
             share = structure_visibility(run.scene, observations, poses).hidden_share
             held = {*run.hidden, *contradicted} | {k for k in run.scene.moving if share[k] > MOSTLY_HIDDEN}
             run = replace(run, hidden={k: float(share[k]) for k in held})
+        if stage.anchor is not None and free_cameras:
+            observations = refine_by_anchor_alone(run, observations, poses, free_cameras, stage.anchor)
         if stage.restart is not None and unplaced:
             poses = restart_bones(run, observations, poses, stage.restart, unplaced)
         if stage.restart_inconsistent and unplaced:
             poses = restart_inconsistent(run, observations, poses, stage.restart_inconsistent, unplaced)
-        fit = _LevelFit(run.named("bones"), observations, stage.level, free_cameras)
+        fit = _LevelFit(run.named("bones"), observations, stage, () if stage.holds_cameras else free_cameras)
         fitted = fit.fit(poses, done, total)
+        run = replace(run, soft_tissue=fit.views.run.soft_tissue)
         poses = fitted.poses
         observations = [o.with_camera(c) for o, c in zip(observations, fitted.cameras, strict=True)]
         done += stage.level.iterations
     assert fitted is not None, "there is at least one stage"
-    return StructureFit(observations, fitted)
+    return StructureFit(observations, fitted, run.soft_tissue)
 
 
 def _without_objects(
@@ -139,10 +157,10 @@ class _LevelFit:
     """One level: its problem, and the parts of it that follow the state."""
 
     def __init__(
-        self, run: Run, observations: Sequence[Observation], level: Level, free_cameras: CameraGroups
+        self, run: Run, observations: Sequence[Observation], stage: JointStage, free_cameras: CameraGroups
     ) -> None:
-        self.run, self.level, self.observations = run, level, observations
-        self.views = LevelViews(run, observations, level)
+        self.run, self.stage, self.level, self.observations = run, stage, stage.level, observations
+        self.views = LevelViews(run, observations, stage.level)
         self.problem = self.views.structures(run.scene.moving, free_cameras)
         self._rendered: State | None = None
 
@@ -164,10 +182,17 @@ class _LevelFit:
         """Renew the weights, and the soft tissue when bones or cameras moved; returns the field it then follows."""
         field = None
         if self._moved_since_rendered(state):
-            field = self.views.render_soft_tissue(state)
+            field = self._render_soft_tissue(state)
             self._rendered = state
         self.views.weigh_structures(self.problem, state)
         return field
+
+    def _render_soft_tissue(self, state: State) -> DisplacementField:
+        """Move the soft tissue under the poses, by itself where this level does, and show it in the views."""
+        if self.stage.soft_motion:
+            soft = fit_soft_motion(self.views, self.problem, state)
+            self.views.run = replace(self.views.run, soft_tissue=soft)
+        return self.views.render_soft_tissue(state)
 
     def _moved_since_rendered(self, state: State) -> bool:
         """Whether a bone or a camera moved by more than a tenth of a pixel since the soft tissue was rendered."""

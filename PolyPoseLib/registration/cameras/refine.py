@@ -75,7 +75,7 @@ def _refine(run: Run, observation: Observation, level: Level, done: int, total: 
 
     start = views.at_rest(1)
     weigh(start)
-    start = _slid_along_beam(problem, start)
+    start = slid_along_beam(problem, start)
     solution = minimise(problem, start, SolverOptions(level.iterations), before_step)
     return corrected(observation.camera, solution.state.corrections[0])
 
@@ -110,7 +110,7 @@ def anchor_region(scene: Scene, bones: RigidProblem, state: State, view_index: i
     return dilated(anchor, FINE_REACH_MM / pixel_mm) & ~masked
 
 
-def _slid_along_beam(problem: RigidProblem, state: State) -> State:
+def slid_along_beam(problem: RigidProblem, state: State) -> State:
     """The state with the only camera at the best of several distances from the anchor.
 
     A distance wrong by centimetres moves edges by a millimetre or two, less than patches and pixels, and the solver's

@@ -1,16 +1,20 @@
-"""Renderings of the soft tissue, which follows the bones by the smooth warp."""
+"""Renderings of the soft tissue, which follows the bones by the smooth warp and moves smoothly beside it."""
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
+import torch
 
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.grid import covering_grid
+from PolyPoseLib.registration.fit.soft_modes import SoftModes
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend, IndexField
 from PolyPoseLib.rendering.rigid import Body, index_rays
-from PolyPoseLib.warp.dense import displacement_field
+from PolyPoseLib.warp.dense import displacement_field, flat_points
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp, RotationFalloff, WeightFrame
 from PolyPoseLib.warp.weights import DistanceMaps, WeightForm, distance_maps
 
@@ -19,6 +23,9 @@ FIELD_MM = 8.0
 
 MARGIN_MM = 30.0
 """Room around the CT for tissue that moves out of it."""
+
+ATTACHED_MM = 15.0
+"""Distance from the nearest bone at which half of the displacement beside the bones' own is left; bones have none."""
 
 
 class SoftTissue:
@@ -50,9 +57,17 @@ class SoftTissue:
         self._rotation_falloff = (
             RotationFalloff(rotation_reach_mm, scene.centres) if rotation_reach_mm is not None else None
         )
-        self._coarse: DistanceMaps | None = None
         affine, shape = scene.ct_affine, scene.structures.labels.shape
         self._grid = covering_grid(affine, shape, FIELD_MM, MARGIN_MM)
+        self._maps: list[DistanceMaps] = []
+        self.modes = SoftModes.covering(*self._grid)
+        self.coefficients: np.ndarray | None = None
+
+    def with_motion(self, coefficients: np.ndarray) -> SoftTissue:
+        """The same with a motion beside the bones': coefficients (M, 3) mm of the modes."""
+        other = copy(self)
+        other.coefficients = coefficients
+        return other
 
     def warp(self, distances: DistanceMaps, poses: np.ndarray) -> PolyrigidWarp:
         """The warp of fixed to moving points for poses (K, 4, 4)."""
@@ -64,11 +79,34 @@ class SoftTissue:
 
     def coarse_field(self, poses: np.ndarray) -> DisplacementField:
         """Displacements (mm) on a grid of FIELD_MM."""
-        if self._coarse is None:
-            structures, affine = self.scene.structures, self.scene.ct_affine
-            self._coarse = distance_maps(structures, affine, FIELD_MM / 2, MARGIN_MM)
+        return self.moved(self.following(poses))
+
+    def following(self, poses: np.ndarray) -> DisplacementField:
+        """The part of :meth:`coarse_field` that follows the bones."""
         affine, shape = self._grid
-        return displacement_field(self.warp(self._coarse, poses), affine, shape)
+        return displacement_field(self.warp(self._distances()[0], poses), affine, shape)
+
+    def moved(self, field: DisplacementField) -> DisplacementField:
+        """A field that follows the bones, with the motion beside it."""
+        if self.coefficients is None:
+            return field
+        beside = self.modes.on_grid(self.coefficients, field.affine, field.shape)
+        beside *= self.freedom(field)[..., None]
+        return DisplacementField(field.vectors + beside, field.affine)
+
+    def freedom(self, field: DisplacementField) -> np.ndarray:
+        """(k, j, i) share, 0 to 1, of the motion beside the bones' that tissue at a field's nodes takes part in."""
+        nodes = flat_points(field.affine, field.shape, 0, int(np.prod(field.shape)))
+        places = torch.from_numpy((nodes + field.vectors.reshape(-1, 3)).astype(np.float32))
+        squared = self._distances()[1](places)[0].numpy().reshape(field.shape) ** 2
+        return squared / (squared + ATTACHED_MM**2)
+
+    def _distances(self) -> list[DistanceMaps]:
+        """Distance maps of every structure, and of the nearest one."""
+        if not self._maps:
+            each = distance_maps(self.scene.structures, self.scene.ct_affine, FIELD_MM / 2, MARGIN_MM)
+            self._maps += [each, DistanceMaps(each.signed.amin(dim=0, keepdim=True), each.affine)]
+        return self._maps
 
     def render(
         self,

@@ -55,10 +55,10 @@ class LevelViews:
             prior = ArticulationPrior(self.run.articulations, scene.centres, free_poses, weight)
         return self._problem(scene.bodies(self.level.size_mm), free_poses, free_cameras, prior)
 
-    def anchor(self) -> RigidProblem:
+    def anchor(self, free_cameras: CameraGroups = ()) -> RigidProblem:
         """The anchor alone."""
         scene = self.run.scene
-        return self._problem([scene.bodies(self.level.size_mm)[scene.anchor]])
+        return self._problem([scene.bodies(self.level.size_mm)[scene.anchor]], (), free_cameras)
 
     def whole_ct(self, free_poses: Sequence[int] = (), free_cameras: CameraGroups = ()) -> RigidProblem:
         """The whole CT as one rigid body."""
@@ -80,11 +80,15 @@ class LevelViews:
 
     def render_soft_tissue(self, state: State) -> DisplacementField:
         """Make the views' static images the soft tissue under the poses; returns the field that it follows."""
+        field = self.run.soft_tissue.coarse_field(state.poses)
+        self.render_soft_field(field, state)
+        return field
+
+    def render_soft_field(self, field: DisplacementField, state: State) -> None:
+        """Make the views' static images the soft tissue that a field displaces."""
         soft, backend = self.run.soft_tissue, self.run.backend
-        field = soft.coarse_field(state.poses)
         for view, correction in zip(self.views, state.corrections, strict=True):
             view.static = soft.render(field, view.camera, correction, self.level.size_mm, backend)
-        return field
 
     def weigh_structures(self, problem: RigidProblem, state: State) -> None:
         """Weigh the pixels around the structures that move in each view: all of them where the camera moves."""

@@ -1,0 +1,106 @@
+"""How the rendering of the soft tissue changes with the modes of its own motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
+from PolyPoseLib.rendering.rigid import Body
+
+SEGMENT_MM = 12.0
+"""Modes hardly change over this length of a ray, along which the gradient of the attenuation is summed first."""
+
+RAYS_AT_ONCE = 1024
+"""Bounds the temporary memory to some ten MiB."""
+
+NEGLIGIBLE = 1e-6
+"""Gradient of the line integral over a segment, 1/mm, below which it has none."""
+
+
+class SoftJacobian:
+    """Derivative of the soft tissue's line integrals by the coefficients of its modes.
+
+    Parameters
+    ----------
+    soft : SoftTissue
+        The soft tissue.
+    field : DisplacementField
+        Fixed to moving, that it is displaced by.
+    freedom : (k, j, i) ndarray
+        Share of the modes at the field's nodes, see :meth:`SoftTissue.freedom`.
+    size_mm : float
+        Of voxels and ray steps.
+
+    """
+
+    def __init__(
+        self, soft: SoftTissue, field: DisplacementField, freedom: np.ndarray, size_mm: float
+    ) -> None:
+        self.modes, self.field, self.freedom, self.size_mm = soft.modes, field, freedom, size_mm
+        self.body = soft.scene.volume("soft", size_mm)
+
+    def of_view(self, camera: Camera, correction: np.ndarray) -> np.ndarray:
+        """(3 M, H, W) float32 1/mm, for a camera with its correction (4, 4); the modes' x, y, z follow each other."""
+        source, directions = _rays(camera, correction)
+        near, far = _depths(self.body, source, directions)
+        per_segment = max(1, round(SEGMENT_MM / self.size_mm))
+        first = float(near.min())
+        segments = int(np.ceil((far.max() - first) / (self.size_mm * per_segment)))
+        depths = first + (np.arange(segments * per_segment) + 0.5) * self.size_mm
+        change = np.zeros((self.modes.count, 3, len(directions)), np.float32)
+        for start in range(0, len(directions), RAYS_AT_ONCE):
+            rays = slice(start, start + RAYS_AT_ONCE)
+            crossed = (depths >= near[rays, None]) & (depths <= far[rays, None])
+            points = source + directions[rays, None] * depths[:, None]
+            gradient = self._gradient(points.reshape(-1, 3), crossed.reshape(-1))
+            gradient = gradient.reshape(-1, per_segment, 3).sum(axis=1)
+            middles = points.reshape(-1, per_segment, 3).mean(axis=1)
+            used = np.flatnonzero(np.abs(gradient).max(axis=1) > NEGLIGIBLE)
+            if not len(used):
+                continue
+            values, ray = self.modes.at(middles[used]), used // segments
+            begins = np.flatnonzero(np.diff(ray, prepend=-1))
+            for axis in range(3):
+                parts = np.add.reduceat(values * gradient[used, axis, None], begins, axis=0)
+                change[:, axis, start + ray[begins]] = parts.T
+        return change.reshape(-1, camera.height, camera.width)
+
+    def _gradient(self, points: np.ndarray, crossed: np.ndarray) -> np.ndarray:
+        """(N, 3) what a displacement of the sample at each fixed point (N, 3) does to its line integral, 1/mm."""
+        node = _nearest(np.linalg.inv(self.field.affine), points, self.field.shape)
+        places = points + self.field.vectors[node]
+        index = np.rint(places @ self.body.world_to_index[:3, :3].T + self.body.world_to_index[:3, 3])
+        inside = (index >= 0).all(axis=1) & (index < self.body.voxels.shape[::-1]).all(axis=1) & crossed
+        i, j, k = np.where(inside[:, None], index, 0).astype(np.intp).T
+        return self.body.gradient[k, j, i] * (inside * self.freedom[node] * self.size_mm)[:, None]
+
+
+def _nearest(
+    to_index: np.ndarray, points: np.ndarray, shape: tuple[int, int, int]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Indices (k, j, i) of the nodes nearest to points (N, 3)."""
+    index = np.rint(points @ to_index[:3, :3].T + to_index[:3, 3]).astype(np.intp)
+    i, j, k = np.clip(index, 0, np.array(shape[::-1]) - 1).T
+    return k, j, i
+
+
+def _rays(camera: Camera, correction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The source (3,) and the unit directions (H W, 3) of all pixels' rays, with the camera's correction (4, 4)."""
+    extrinsic = camera.extrinsic @ np.linalg.inv(correction)
+    rotation = extrinsic[:3, :3]
+    row, column = np.meshgrid(np.arange(camera.height), np.arange(camera.width), indexing="ij")
+    pixels = np.stack([column, row, np.ones_like(row)], axis=-1).reshape(-1, 3)
+    directions = pixels @ camera.inverse_intrinsics.T @ rotation
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return -rotation.T @ extrinsic[:3, 3], directions
+
+
+def _depths(body: Body, source: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distances (P,) mm from the source at which rays enter and leave the box, in LPS, around a body."""
+    low, high = body.corners.min(axis=0), body.corners.max(axis=0)
+    steep = np.where(np.abs(directions) < 1e-9, 1e-9, directions)
+    first, second = (low - source) / steep, (high - source) / steep
+    near = np.minimum(first, second).max(axis=1)
+    return near, np.maximum(np.maximum(first, second).min(axis=1), near)
