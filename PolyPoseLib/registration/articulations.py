@@ -27,7 +27,8 @@ SLIDE_MM = 5.0
 """How far a joint is expected to come apart (standard deviation), besides its gap in the CT."""
 
 TURN_DEG = 20.0
-"""How far a joint is expected to rotate (standard deviation)."""
+"""How far a joint is expected to rotate: within it the cost grows with the square, far beyond it hardly any more, for
+hips and shoulders rotate by 40 degrees and more."""
 
 _POINTS = 4000
 
@@ -46,6 +47,8 @@ class Articulation:
         Standard deviation of how far it comes apart.
     weight : float
         Against that of other joints.
+    yields_at : float
+        How many times slide_mm it may come apart before the cost hardly grows any more.
 
     """
 
@@ -54,14 +57,33 @@ class Articulation:
     point: np.ndarray
     slide_mm: float
     weight: float = 1.0
+    yields_at: float = np.inf
 
 
-def find_articulations(structures: Structures, affine: np.ndarray, anchor: int) -> list[Articulation]:
-    """Joints of all bones that nearly touch, and of each group of bones with the nearest bone outside it."""
-    clouds = [
+def bone_clouds(structures: Structures, affine: np.ndarray) -> list[np.ndarray]:
+    """Some thousand points (N, 3) LPS mm of every structure, evenly picked."""
+    return [
         _sample(structures.labels, number, box, affine)
         for number, box in enumerate(find_objects(structures.labels), start=1)
     ]
+
+
+def find_articulations(clouds: Sequence[np.ndarray], anchor: int) -> list[Articulation]:
+    """Joints of all bones that nearly touch, and of each group of bones with the nearest bone outside it.
+
+    Parameters
+    ----------
+    clouds : sequence of (N, 3) ndarray
+        Of every structure, see :func:`bone_clouds`.
+    anchor : int
+        Index of the anchor.
+
+    Returns
+    -------
+    list of Articulation
+        They connect every structure to the anchor.
+
+    """
     trees = [KDTree(cloud, leafsize=16) for cloud in clouds]
     count = len(clouds)
     meetings = {}
@@ -102,8 +124,11 @@ def _sample(labels: np.ndarray, number: int, box: tuple[slice, ...], affine: np.
 
 
 class ArticulationPrior:
-    """The prior's cost, weight * mean over joints of the joint's weight * ((gap / slide)^2 + (angle / TURN_DEG)^2), and
-    its derivatives.
+    """The prior's cost, and its derivatives.
+
+    The cost is weight * mean over joints of the joint's weight * (rho(gap / slide) + rho(angle / TURN_DEG)) with
+    rho(s) = s^2 / (1 + s^2 / c^2), which saturates at c^2 (S. Geman and D. McClure, Bulletin of the International
+    Statistical Institute 52, 1987); c is 1 for angles and yields_at for gaps.
 
     Parameters
     ----------
@@ -132,6 +157,7 @@ class ArticulationPrior:
         self._pairs = np.array([(j.first, j.second) for j in articulations], int).reshape(-1, 2)
         self._points = np.array([j.point for j in articulations], float).reshape(-1, 3)
         self._slides = np.array([j.slide_mm for j in articulations], float).reshape(-1, 1)
+        self._limits = np.array([j.yields_at for j in articulations], float).reshape(-1, 1)
         self._roots = np.sqrt([j.weight for j in articulations]).reshape(-1, 1)
 
     def cost(self, poses: np.ndarray) -> float:
@@ -141,12 +167,14 @@ class ArticulationPrior:
     def add_to(self, poses: np.ndarray, matrix: np.ndarray, gradient: np.ndarray) -> float:
         """Add the Gauss-Newton terms of half the cost to ``matrix`` (P, P) and ``gradient`` (P,); returns the cost."""
         residuals = self._residuals(poses)
-        for joint, residual in zip(self.articulations, residuals, strict=True):
+        for joint, root, residual in zip(self.articulations, self._roots[:, 0], residuals, strict=True):
             blocks = []
             for sign, k in ((1.0, joint.first), (-1.0, joint.second)):
                 if k in self.free_poses:
                     first = 6 * self.free_poses.index(k)
-                    blocks.append((slice(first, first + 6), sign * self._derivative(joint, k, poses)))
+                    blocks.append(
+                        (slice(first, first + 6), sign * self._derivative(joint, k, poses, residual / root))
+                    )
             for rows, a in blocks:
                 gradient[rows] += self._scale() * (a.T @ residual)
                 for columns, b in blocks:
@@ -157,21 +185,36 @@ class ArticulationPrior:
         return self.weight / max(len(self.articulations), 1)
 
     def _residuals(self, poses: np.ndarray) -> np.ndarray:
-        """(J, 6) each joint's gap (fixed frame) over its slide and rotation over TURN_DEG, by its weight."""
+        """(J, 6) each joint's gap (fixed frame) over its slide and rotation over TURN_DEG, saturated, by its weight."""
         first, second = np.moveaxis(rigid_inverse(poses)[self._pairs], 1, 0)
         apart = first - second
         gap = np.einsum("jab,jb->ja", apart[:, :3, :3], self._points) + apart[:, :3, 3]
         turn = rotation_vectors(first[:, :3, :3] @ np.swapaxes(second[:, :3, :3], 1, 2))
-        return self._roots * np.concatenate([gap / self._slides, turn / np.radians(TURN_DEG)], axis=1)
+        gap = _saturated(gap / self._slides, self._limits)
+        turn = _saturated(turn / np.radians(TURN_DEG), 1.0)
+        return self._roots * np.concatenate([gap, turn], axis=1)
 
-    def _derivative(self, joint: Articulation, k: int, poses: np.ndarray) -> np.ndarray:
-        """(6, 6) derivative of the joint's place and orientation by the perturbation of pose k."""
+    def _derivative(self, joint: Articulation, k: int, poses: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        """(6, 6) derivative of the joint's residual by the perturbation of pose k; residual: (6,) of weight 1."""
         back = poses[k, :3, :3].T
         derivative = np.zeros((6, 6))
         derivative[:3, :3] = back @ skew(joint.point - self.centres[k]) / joint.slide_mm
         derivative[:3, 3:] = -back / joint.slide_mm
         derivative[3:, :3] = -back / np.radians(TURN_DEG)
+        derivative[:3] = _saturation_slope(residual[:3], joint.yields_at) @ derivative[:3]
+        derivative[3:] = _saturation_slope(residual[3:], 1.0) @ derivative[3:]
         return np.sqrt(joint.weight) * derivative
+
+
+def _saturated(vectors: np.ndarray, limits: np.ndarray | float) -> np.ndarray:
+    """Vectors (J, 3) shortened so that none is longer than its limit (J, 1)."""
+    return vectors / np.sqrt(1 + (vectors**2).sum(axis=1, keepdims=True) / limits**2)
+
+
+def _saturation_slope(saturated: np.ndarray, limit: float) -> np.ndarray:
+    """(3, 3) derivative of a saturated vector (3,) by the vector itself."""
+    inner = saturated / limit
+    return np.sqrt(max(1 - inner @ inner, 0.0)) * (np.eye(3) - np.outer(inner, inner))
 
 
 class OneBonePrior:

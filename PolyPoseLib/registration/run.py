@@ -62,10 +62,10 @@ class Run:
 
     @property
     def articulations(self) -> list[Articulation]:
-        """The scene's joints, those of hidden structures with more weight."""
+        """The scene's joints and companions, those of hidden structures with more weight."""
         return [
             replace(joint, weight=1 + HELD * max(self._held(joint.first), self._held(joint.second)))
-            for joint in self.scene.articulations
+            for joint in [*self.scene.articulations, *self.scene.companions]
         ]
 
     def _held(self, k: int) -> float:

@@ -8,7 +8,8 @@ from scipy.ndimage import find_objects
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import AIR_HU, Volume, hounsfield_to_attenuation
 from PolyPoseLib.geometry.grid import Grid, block_centres, block_factors, block_mean, coarsened_affine
-from PolyPoseLib.registration.articulations import find_articulations
+from PolyPoseLib.registration.articulations import bone_clouds, find_articulations
+from PolyPoseLib.registration.companions import find_companions
 from PolyPoseLib.rendering.rigid import Body
 from PolyPoseLib.warp.composition import fill_structures, grow_regions
 
@@ -81,7 +82,9 @@ class Scene:
         everywhere = hounsfield_to_attenuation(np.array(outside))
         self.whole = Grid((hounsfield_to_attenuation(hounsfield) - everywhere).astype(np.float32), affine)
         self.soft = Grid((hounsfield_to_attenuation(filled) - everywhere).astype(np.float32), affine)
-        self.articulations = find_articulations(structures, ct.affine, self.anchor)
+        clouds = bone_clouds(structures, ct.affine)
+        self.articulations = find_articulations(clouds, self.anchor)
+        self.companions = find_companions(clouds)
         self._bodies: dict[float, list[Body]] = {}
         self._volumes: dict[tuple[str, float], Body] = {}
 

@@ -108,6 +108,10 @@ def _starts(scene: Scene, poses: np.ndarray, k: int, neighbour: int, far: bool) 
     yield pose
     yield np.eye(4)
     yield poses[neighbour]
+    for other in {
+        each.first + each.second - k for each in scene.companions if k in (each.first, each.second)
+    }:
+        yield poses[other]
     joints = [each for each in scene.articulations if k in (each.first, each.second)]
     for joint in joints:
         place = (np.linalg.inv(pose) @ np.r_[joint.point, 1.0])[:3]

@@ -7,7 +7,7 @@ import pytest
 from phantom_study import HEAD, phantom
 
 from PolyPoseLib.geometry.rigid import about, perturbation
-from PolyPoseLib.registration.articulations import ArticulationPrior, find_articulations
+from PolyPoseLib.registration.articulations import ArticulationPrior, bone_clouds, find_articulations
 from PolyPoseLib.registration.bones.restarts import chain_from_anchor
 from PolyPoseLib.registration.scene import Scene
 
@@ -29,7 +29,7 @@ def test_every_structure_hangs_from_the_anchor(scene: Scene) -> None:
 
 def test_the_hip_is_where_femur_and_socket_meet(scene: Scene) -> None:
     ct, structures = phantom()
-    joints = find_articulations(structures, ct.affine, 0)
+    joints = find_articulations(bone_clouds(structures, ct.affine), 0)
     (hip,) = [joint for joint in joints if (joint.first, joint.second) == (0, 1)]
     assert np.linalg.norm(hip.point - HEAD) < 25
     assert hip.point[2] > HEAD[2]

@@ -1,0 +1,128 @@
+"""The soft tissue's own motion: its derivative, organs that it finds, and rest that it leaves alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from chest_phantom import chest
+from quiet_run import quiet_run
+from scipy.ndimage import gaussian_filter, map_coordinates
+
+from PolyPoseLib.data.volume import hounsfield_to_attenuation
+from PolyPoseLib.registration.fit.levels import Level, Observation
+from PolyPoseLib.registration.fit.problem import State
+from PolyPoseLib.registration.fit.soft_jacobian import SoftJacobian
+from PolyPoseLib.registration.fit.soft_motion import fit_soft_motion
+from PolyPoseLib.registration.fit.views import LevelViews
+from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.simulation.independent_projector import project
+from PolyPoseLib.simulation.simulate import arc_angles, view_cameras
+
+LEVEL = Level(6.0, 40.0, 10)
+LIVER = np.array([-40.0, 0.0, -30.0])
+RADIUS_MM = 90.0
+
+
+@pytest.fixture(scope="module")
+def patient():
+    """The chest with texture as organs, vessels and fat give it, which shows how tissue moves."""
+    ct, structures, _ = chest(spacing=3.0)
+    rng = np.random.default_rng(0)
+    texture = gaussian_filter(rng.normal(size=ct.shape), 4.0)
+    hu = ct.voxels + 120.0 * texture / texture.std()
+    return ct.with_voxels(np.where(ct.voxels > -900, hu, ct.voxels).astype(np.float32)), structures
+
+
+@pytest.fixture(scope="module")
+def scene(patient):
+    ct, structures = patient
+    return Scene(ct, structures, "thoracic_spine")
+
+
+@pytest.fixture(scope="module")
+def cameras(patient):
+    return view_cameras(patient[0], arc_angles(2, 40.0), 90, detector_mm=430.0)
+
+
+def true_shift(points, descent_mm):
+    """(N, 3) fixed to moving: tissue around the liver's dome has descended, bones have not."""
+    away = np.linalg.norm((points - LIVER) / [1.0, 1.0, 1.3], axis=-1) / RADIUS_MM
+    return np.exp(-(away**2))[..., None] * np.array([0.0, 0.0, descent_mm])
+
+
+def observed(patient, cameras, descent_mm):
+    """X-rays, by a projector that shares no code, of the CT whose soft tissue descended."""
+    ct, structures = patient
+    index = np.stack(np.meshgrid(*map(np.arange, ct.shape), indexing="ij"), -1)[..., ::-1]
+    points = index @ ct.affine[:3, :3].T + ct.affine[:3, 3]
+    source = ct.to_index((points + true_shift(points, descent_mm)).reshape(-1, 3))[:, ::-1]
+    moved = map_coordinates(ct.voxels, source.T, order=1, mode="nearest").reshape(ct.shape)
+    moved = np.where(structures.labels > 0, ct.voxels, moved)
+    attenuation = ct.with_voxels(hounsfield_to_attenuation(moved).astype(np.float32))
+    images = [project(attenuation, camera, "sum") for camera in cameras]
+    return [
+        Observation(image, np.ones(image.shape, bool), camera)
+        for image, camera in zip(images, cameras, strict=True)
+    ]
+
+
+def fitted(scene, observations, steps=4):
+    run = quiet_run(scene, rotation_reach_mm=40.0)
+    views = LevelViews(run, observations, LEVEL)
+    problem, state = views.posed_structures(run.scene.rest_poses)
+    for _ in range(steps):
+        soft = fit_soft_motion(views, problem, state)
+        views.run = replace(views.run, soft_tissue=soft)
+    return views.run.soft_tissue, soft.coarse_field(run.scene.rest_poses)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_its_derivative_is_that_of_the_rendering(scene, patient, cameras, seed):
+    run = quiet_run(scene)
+    soft, poses = run.soft_tissue, scene.rest_poses
+    rng = np.random.default_rng(seed)
+    spread = np.sqrt(soft.modes.variances)[:, None]
+    start = 0.3 * rng.normal(size=(soft.modes.count, 3)) * spread
+    step = 0.05 * rng.normal(size=start.shape) * spread
+    following = soft.following(poses)
+    camera = cameras[seed % 2].binned(2)
+    shown = [
+        soft.render(soft.with_motion(c).moved(following), camera, np.eye(4), 4.0, run.backend)
+        for c in (start - step, start + step)
+    ]
+    numeric = (shown[1] - shown[0]) / 2
+    field = soft.with_motion(start).moved(following)
+    jacobian = SoftJacobian(soft, field, soft.freedom(following), 4.0).of_view(camera, np.eye(4))
+    analytic = np.tensordot(step.reshape(-1), jacobian, 1)
+    assert np.corrcoef(numeric.ravel(), analytic.ravel())[0, 1] > 0.95
+    assert (numeric * analytic).sum() / (analytic**2).sum() == pytest.approx(1, abs=0.2)
+
+
+@pytest.mark.parametrize("descent_mm", [8.0, -8.0, 14.0])
+def test_it_finds_organs_that_moved_beside_bones_that_did_not(scene, patient, cameras, descent_mm):
+    _, field = fitted(scene, observed(patient, cameras, descent_mm))
+    rng = np.random.default_rng(0)
+    points = LIVER + rng.uniform(-25, 25, (500, 3))
+    true = true_shift(points, descent_mm)
+    error = np.linalg.norm(field.sample(points) - true, axis=1).mean()
+    assert error < 0.5 * np.linalg.norm(true, axis=1).mean()
+
+
+def test_bones_keep_the_place_that_their_poses_give_them(scene, patient, cameras):
+    ct, structures = patient
+    soft, field = fitted(scene, observed(patient, cameras, 14.0), steps=3)
+    assert np.abs(field.vectors).max() > 4
+    inside = np.argwhere(structures.labels > 0)[::7, ::-1]
+    moved = np.linalg.norm(field.sample(ct.to_world(inside)), axis=1)
+    assert np.quantile(moved, 0.95) < 1.0
+
+
+def test_a_body_at_rest_stays_at_rest(scene, patient, cameras):
+    _, field = fitted(scene, observed(patient, cameras, 0.0))
+    assert np.abs(field.vectors).max() < 0.5
+
+
+def test_without_pixels_nothing_moves(scene, patient, cameras):
+    nowhere = [replace(each, mask=np.zeros_like(each.mask)) for each in observed(patient, cameras, 8.0)]
+    _, field = fitted(scene, nowhere, steps=1)
+    assert not field.vectors.any()
