@@ -41,10 +41,27 @@ def test_moving_all_bones_alike_costs_nothing(scene: Scene) -> None:
     assert prior.cost(np.stack([motion] * 3)) == pytest.approx(0, abs=1e-12)
 
 
+def turned_hip(scene: Scene, degrees: float) -> np.ndarray:
+    poses = scene.rest_poses
+    (hip,) = [each for each in scene.articulations if (each.first, each.second) == (0, 1)]
+    poses[1] = about(perturbation(np.r_[np.radians(degrees), 0, 0, 0, 0, 0]), hip.point)
+    return poses
+
+
+def test_a_joint_that_turns_far_costs_hardly_more_than_one_that_turns_by_forty_degrees(scene: Scene) -> None:
+    prior = ArticulationPrior(scene.articulations, scene.centres, [1, 2], 1.0)
+    five, ten, forty, ninety = (prior.cost(turned_hip(scene, degrees)) for degrees in (5, 10, 40, 90))
+    assert ten / five == pytest.approx(3.4, abs=0.3)
+    assert forty < ninety < 1.25 * forty
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_prior_gradient(scene: Scene, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    joints = [replace(each, weight=rng.uniform(0.5, 30)) for each in scene.articulations]
+    joints = [
+        replace(each, weight=rng.uniform(0.5, 30), yields_at=rng.choice([np.inf, 2.0, 0.7]))
+        for each in scene.articulations
+    ]
     prior = ArticulationPrior(joints, scene.centres, [1, 2], 0.7)
 
     def moved(step: np.ndarray, poses: np.ndarray) -> np.ndarray:
