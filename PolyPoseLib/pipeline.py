@@ -14,6 +14,7 @@ from PolyPoseLib.data.progress import CancelQuery, Monitor, ProgressCallback
 from PolyPoseLib.data.result import CameraResult, Result, StructureResult, installed_versions
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.view_names import view_name
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.io.machine_memory import require_memory
 from PolyPoseLib.io.transforms import preview_writer
 from PolyPoseLib.registration.bones.agreement import structure_agreement
@@ -255,6 +256,8 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted, device: s
         warped_ct=warped.ct,
         warped_labels=warped.labels,
         transform=warped.transform,
+        inverse_transform=warped.inverse,
+        structure_labels=Volume(study.structures.labels, study.ct.affine),
         renderings_before=renderings[0],
         renderings_after=renderings[1],
         xray_images=[xray.image for xray in fitted.cameras.xrays],

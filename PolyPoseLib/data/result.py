@@ -15,6 +15,8 @@ from PolyPoseLib import __version__
 from PolyPoseLib.geometry.camera import Camera
 
 if TYPE_CHECKING:
+    from PolyPoseLib.carrying.points import PointCarrier
+    from PolyPoseLib.data.carried import CarriedPoints
     from PolyPoseLib.data.displacement_field import DisplacementField
     from PolyPoseLib.data.volume import Volume
 
@@ -153,6 +155,10 @@ class Result:
         Reasons why the result must not be trusted; empty when there are none.
     anchor : str
         The structure that defines the cameras, "" when it is not known.
+    structure_labels : Volume or None
+        In the CT's frame: n belongs to the nth of ``structures``; None in results of earlier versions.
+    inverse_transform : DisplacementField or None
+        Displacements from moving to fixed points; None in results of earlier versions.
 
     """
 
@@ -172,6 +178,9 @@ class Result:
     xray_masks: list[np.ndarray] = field(default_factory=list)
     distrust: tuple[str, ...] = ()
     anchor: str = ""
+    structure_labels: Volume | None = None
+    inverse_transform: DisplacementField | None = None
+    _carrier: PointCarrier | None = field(default=None, init=False, repr=False, compare=False)
 
     @property
     def trusted(self) -> bool:
@@ -186,6 +195,35 @@ class Result:
         from PolyPoseLib.io.results import save_result
 
         return save_result(self, Path(folder), overwrite)
+
+    def transform_points(self, points: np.ndarray, to: str = "xray") -> CarriedPoints:
+        """Carry points between the CT and the patient as X-rayed.
+
+        Points inside a bone take the bone's own rigid motion exactly, all others the dense transform.
+
+        Parameters
+        ----------
+        points : (N, 3) array
+            LPS mm.
+        to : {"xray", "ct"}
+            From the CT to the patient as X-rayed, or the other way.
+
+        Returns
+        -------
+        CarriedPoints
+            In the frame ``to``, with the covariance of each and what moved it.
+
+        Raises
+        ------
+        InputError
+            Other shapes or numbers, or a result of an earlier version, which has no label map of its structures.
+
+        """
+        if self._carrier is None:
+            from PolyPoseLib.carrying.points import PointCarrier
+
+            self._carrier = PointCarrier(self)
+        return self._carrier(points, to)
 
 
 def installed_versions() -> dict[str, str]:

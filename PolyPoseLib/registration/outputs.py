@@ -20,6 +20,7 @@ from PolyPoseLib.registration.scene import WORKING_MM
 from PolyPoseLib.rendering.rigid import project_body
 from PolyPoseLib.warp.composition import compose_warped_ct, compose_warped_labels
 from PolyPoseLib.warp.dense import AnyWarp, displacement_field, warp_labels, warp_volume
+from PolyPoseLib.warp.inverse import invert_field
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp
 from PolyPoseLib.warp.unfold import unfolded
 from PolyPoseLib.warp.weights import distance_maps
@@ -52,12 +53,15 @@ class Warped:
         HU, in the fixed frame.
     labels : Volume
         In the fixed frame, numbered as in the study's segmentation.
+    inverse : DisplacementField
+        Moving to fixed, of ``transform``.
 
     """
 
     transform: DisplacementField
     ct: Volume
     labels: Volume
+    inverse: DisplacementField
 
 
 def warp_study(
@@ -93,11 +97,12 @@ def warp_study(
     transform = unfolded(as_posed, _near_bone(exact, affine)) if unfold else as_posed
     small = study.ct.voxels.size * len(study.structures.names) <= EXACT_WORK
     warp: AnyWarp = exact if small and not aligned and transform is as_posed else transform
+    inverse = invert_field(transform).field
     labels = study.source_segmentation or Volume(study.structures.labels, study.ct.affine)
     if composed:
         ct = compose_warped_ct(study.ct, study.structures, poses, warp)
-        return Warped(transform, ct, compose_warped_labels(labels, study.structures, poses, warp))
-    return Warped(transform, warp_volume(study.ct, warp), warp_labels(labels, warp))
+        return Warped(transform, ct, compose_warped_labels(labels, study.structures, poses, warp), inverse)
+    return Warped(transform, warp_volume(study.ct, warp), warp_labels(labels, warp), inverse)
 
 
 def _near_bone(warp: PolyrigidWarp, affine: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:

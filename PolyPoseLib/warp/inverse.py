@@ -90,12 +90,12 @@ def invert_field(
     for start in range(0, flat_residual.size, POINTS_AT_ONCE):
         part = slice(start, min(start + POINTS_AT_ONCE, flat_residual.size))
         points = flat_points(affine, shape, part.start, part.stop)
-        flat_vectors[part], flat_residual[part] = _invert_at(field, points, tolerance_mm, iterations)
+        flat_vectors[part], flat_residual[part] = invert_at(field, points, tolerance_mm, iterations)
     return InverseField(DisplacementField(vectors, affine), residual)
 
 
-def _invert_at(
-    field: DisplacementField, points: np.ndarray, tolerance_mm: float, iterations: int
+def invert_at(
+    field: DisplacementField, points: np.ndarray, tolerance_mm: float = 1e-3, iterations: int = 100
 ) -> tuple[np.ndarray, np.ndarray]:
     """Inverse displacements (N, 3) at moving points (N, 3), and their residuals (N,) in mm."""
     inverse = -field.sample(points)
