@@ -282,13 +282,13 @@ def _warped(study: Study, options: Options, run: Run, joint: JointResult) -> War
 
 
 def _renderings(run: Run, fitted: _Fitted) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Of every view, at rest with its initial camera and as registered."""
+    """Of every view through the camera found: at rest and as registered, so that what differs is the bones' motion."""
     run.step(0, 1)
     with run.timed():
-        initial = [each.camera for each in fitted.cameras.initial]
+        cameras = fitted.joint.cameras
         return (
-            render_views(run, initial, run.scene.rest_poses),
-            render_views(run, fitted.joint.cameras, fitted.joint.poses),
+            render_views(run, cameras, run.scene.rest_poses),
+            render_views(run, cameras, fitted.joint.poses),
         )
 
 

@@ -136,7 +136,7 @@ class Result:
     cameras : list of CameraResult
         In the order of the study's X-rays.
     history : list of dict
-        One entry per iteration: stage, iteration, similarity, and seconds when known.
+        One entry per iteration: stage, iteration, similarity, and seconds and level_mm when known.
     seconds : {str: float}
         Time of every stage.
     device, versions : str, dict
@@ -148,7 +148,8 @@ class Result:
     transform : DisplacementField
         Displacements from fixed to moving points.
     renderings_before, renderings_after, xray_images : list of (H, W) arrays
-        Line integrals, one image per view; only the second is kept in a result's folder.
+        Line integrals, one image per view, both renderings through the cameras found; only the second is kept in a
+        result's folder.
     xray_masks : list of (H, W) bool arrays
         True where a pixel was compared.
     distrust : sequence of str

@@ -262,6 +262,7 @@ def _read_step(value: Any, place: str) -> dict[str, Any]:
         ("iteration", whole_number(0)),
         ("similarity", real_or_nan),
         ("seconds", real),
+        ("level_mm", real),
     ):
         if name in record.fields:
             record.required(name, parser)
