@@ -1,9 +1,9 @@
 """A displacement field fitted to the bones' own motions, which interpolation between its nodes blurs at their edges.
 
-Between nodes of which one lies in a bone and the next one beyond it, in another bone as like as not, interpolation mixes
-two motions: at joint surfaces the field then misses a bone's own motion by a millimetre and more. The nodes around
-bones are therefore moved a little so that the interpolated field agrees with the bones' motions at their voxels, in
-the least-squares sense. Places that two bones claim, because their motions bring them together, are left out.
+Between a node in a bone and the next one beyond it, often in another bone, interpolation mixes two motions: at joint
+surfaces the field then misses a bone's own motion by a millimetre and more. The nodes around bones are therefore moved
+a little so that the interpolated field agrees with the bones' motions at their voxels, in the least-squares sense.
+Places that two bones claim, because their motions bring them together, are left out.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ ITERATIONS = 60
 """Of the conjugate gradients."""
 
 ROUNDS = 12
-"""Times that the change may be lessened where it folds the field."""
+"""Times that the change is lessened where it folds the field, before the field stays as it was."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,8 @@ def fitted_to_bones(field: DisplacementField, labels: Volume, poses: np.ndarray)
     from scipy.sparse import csr_matrix, identity
     from scipy.sparse.linalg import cg
 
+    if min(field.shape) < 2:
+        return field
     samples = _bone_samples(field, labels, poses)
     miss = samples.displacement - trilinear(field.vectors, samples.index)
     bad = np.linalg.norm(miss, axis=1) > TOLERANCE_MM
@@ -87,14 +89,14 @@ def _without_new_folds(field: DisplacementField, change: np.ndarray) -> Displace
     from scipy.ndimage import binary_dilation
 
     folded_before = jacobian_determinant(field) <= LEAST_DETERMINANT
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS + 1):
         changed = DisplacementField(field.vectors + change, field.affine)
         folded = (jacobian_determinant(changed) <= LEAST_DETERMINANT) & ~folded_before
         if not folded.any():
             return changed
-        change[binary_dilation(folded, iterations=1)] *= 0.7
-    change[binary_dilation(folded, iterations=2)] = 0
-    return DisplacementField(field.vectors + change, field.affine)
+        around = np.asarray(binary_dilation(folded, iterations=1 + number // 4), dtype=bool)
+        change[around] *= 0.7 if number < ROUNDS - 1 else 0.0
+    return field
 
 
 def _bone_samples(field: DisplacementField, labels: Volume, poses: np.ndarray) -> _Samples:

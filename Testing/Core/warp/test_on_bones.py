@@ -60,13 +60,13 @@ def test_the_field_comes_nearer_to_the_bones_without_folding(seed):
 
 
 def test_a_field_that_agrees_is_left_alone():
-    field, labels, poses = joint(0)
+    field, labels, _poses = joint(0)
     still = DisplacementField(np.zeros_like(field.vectors), field.affine)
     assert fitted_to_bones(still, labels, np.stack([np.eye(4)] * 2)) is still
 
 
 def test_places_that_two_bones_claim_pull_nowhere():
-    field, labels, poses = joint(0)
+    field, labels, _poses = joint(0)
     blocks = np.zeros_like(labels.voxels)
     blocks[20:41, 20:41, 20:30] = 1
     blocks[20:41, 20:41, 30:40] = 2
