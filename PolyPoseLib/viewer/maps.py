@@ -59,10 +59,11 @@ class Map:
         values = self.at(points)
         known = np.isfinite(values)
         pixels = np.zeros((*values.shape, 4), np.uint8)
-        pixels[..., :3] = self.scale.colours(np.where(known, values, self.scale.low))
+        shown = np.where(known, values, self.scale.low)
+        pixels[..., :3] = self.scale.colours(shown)
+        pixels[..., 3] = np.where(known, self.scale.opacities(shown), 0)
         if self.folds:
-            pixels[known & (values <= 0), :3] = rgb(FOLD_COLOUR)
-        pixels[..., 3] = np.where(known, 255, 0)
+            pixels[known & (values <= 0)] = (*rgb(FOLD_COLOUR), 255)
         return pixels
 
 

@@ -140,7 +140,7 @@ class Page:
                 with html.Section(classes="panel"):
                     self._points()
             self._footer()
-        client.ClientTriggers(mounted=self._first_look)
+            client.ClientTriggers(mounted=self._first_look)
         self.layout = layout
 
     def _header(self) -> None:

@@ -38,17 +38,29 @@ class Scale:
 
     def colours(self, values: np.ndarray) -> np.ndarray:
         """RGB (..., 3) uint8 of numbers."""
-        ends, values = np.array([self.low, self.high], float), np.asarray(values, float)
-        if self.logarithmic:
-            ends, values = np.log(ends), np.log(np.maximum(values, 1e-9))
-        share = np.clip((values - ends[0]) / max(ends[1] - ends[0], 1e-12), 0, 1)
+        share = self.shares(values)
         anchors = np.array([rgb(each) for each in self._anchors()], float)
         places = np.linspace(0, 1, len(anchors))
         return np.stack([np.interp(share, places, anchors[:, n]) for n in range(3)], -1).round().astype(np.uint8)
 
+    def shares(self, values: np.ndarray) -> np.ndarray:
+        """Where numbers lie between `low` (0) and `high` (1)."""
+        ends, values = np.array([self.low, self.high], float), np.asarray(values, float)
+        if self.logarithmic:
+            ends, values = np.log(ends), np.log(np.maximum(values, 1e-9))
+        return np.clip((values - ends[0]) / max(ends[1] - ends[0], 1e-12), 0, 1)
+
+    def opacities(self, values: np.ndarray) -> np.ndarray:
+        """uint8: the middle of a diverging scale, where nothing changes, is clear; everything else is opaque."""
+        strength = 4 * np.abs(self.shares(values) - 0.5) if self.diverging else np.ones(np.shape(values))
+        return np.rint(255 * np.minimum(strength, 1)).astype(np.uint8)
+
     def css(self) -> str:
         """The colours from left to right, as CSS knows a gradient."""
-        return f"linear-gradient(to right, {', '.join(self._anchors())})"
+        anchors = list(self._anchors())
+        if self.diverging:
+            anchors[len(anchors) // 2] = "transparent"
+        return f"linear-gradient(to right, {', '.join(anchors)})"
 
     def _anchors(self) -> tuple[str, ...]:
         return _DIVERGING if self.diverging else _SEQUENTIAL

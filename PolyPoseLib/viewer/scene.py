@@ -13,6 +13,7 @@ from PolyPoseLib.geometry.camera import Camera, review_camera
 from PolyPoseLib.geometry.grid import block_mean
 from PolyPoseLib.viewer.content import Bone, Content, View
 from PolyPoseLib.viewer.pictures import windowed
+from PolyPoseLib.viewer.surfaces import Surface
 
 PICTURE_SIDE = 220
 """Longer side in pixels of an X-ray's picture in the scene; less where there are many."""
@@ -31,7 +32,12 @@ Mesh = dict[str, Any]
 
 def bone_mesh(bone: Bone) -> Mesh:
     """The surface of a bone in its own frame."""
-    return _mesh(bone.surface.points, polygons=bone.surface.triangles)
+    mesh = _mesh(bone.surface.points, polygons=bone.surface.triangles)
+    mesh["pointArrays"] = [{
+        "name": "Normals", "values": _encoded(_normals(bone.surface)), "numberOfComponents": 3, "type": "Float32Array",
+        "registration": "setNormals",
+    }]  # fmt: skip
+    return mesh
 
 
 def pose_between(bone: Bone, share: float) -> list[float]:
@@ -160,9 +166,13 @@ def looks(content: Content) -> dict[str, dict[str, Any]]:
     """Places to look from: around the patient, and from every source through its X-ray."""
     low, high = bounds_of(content.bones)
     middle = (low + high) / 2
-    distance = float(np.linalg.norm(high - low)) / 2 / np.sin(np.radians(VIEW_ANGLE_DEG / 2))
+    radius = float(np.linalg.norm(high - low)) / 2
+    # Nearer than any source, which would stand in the way.
+    reach = [float(np.linalg.norm(view.camera.camera.source - middle)) for view in content.views]
+    distance = min([radius / np.sin(np.radians(VIEW_ANGLE_DEG / 2)), *(0.85 * each for each in reach)])
+    angle = 2 * float(np.degrees(np.arcsin(min(radius / distance, 0.7))))
     found = {
-        name: _look(middle + np.array(toward, float) * distance, middle, up, VIEW_ANGLE_DEG)
+        name: _look(middle + np.array(toward, float) * distance, middle, up, angle)
         for name, toward, up in (
             ("front", (0, -1, 0), (0, 0, 1)), ("left", (1, 0, 0), (0, 0, 1)), ("right", (-1, 0, 0), (0, 0, 1)),
             ("head", (0, 0, 1), (0, -1, 0)),
@@ -217,6 +227,18 @@ def _on_detector(camera: Camera, pixels: np.ndarray, depth: float) -> np.ndarray
     """LPS mm (N, 3) of pixels (N, 2) (column, row) on the plane at a depth."""
     homogeneous = np.concatenate([pixels, np.zeros((len(pixels), 1)), np.ones((len(pixels), 1))], axis=1)
     return (homogeneous @ camera.plane_at(depth).T)[:, :3]
+
+
+def _normals(surface: Surface) -> np.ndarray:
+    """(N, 3) float32 unit normals at the vertices, for smooth shading."""
+    corners = surface.points[surface.triangles].astype(np.float64)
+    faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # as long as the face is large
+    normals = np.zeros((len(surface.points), 3))
+    for corner in range(3):
+        for axis in range(3):
+            normals[:, axis] += np.bincount(surface.triangles[:, corner], faces[:, axis], len(surface.points))
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    return (normals / np.maximum(lengths, 1e-12)).astype(np.float32)
 
 
 def _ball() -> tuple[np.ndarray, np.ndarray]:
