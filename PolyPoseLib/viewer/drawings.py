@@ -67,7 +67,8 @@ def slice_points(points: NamedPoints, frame: Frame, moved: bool) -> str:
             continue
         x, y = frame.on_picture(places[n])
         faint = max(0.25, 1 - abs(off) / NEAR_MM)
-        parts.append(_cross(x, y, size, name, faint))
+        turned = x > frame.left + 0.7 * frame.width
+        parts.append(_cross(x, y, size, name, faint, turned))
         if ring is not None:
             parts.append(_ring(frame.on_picture(places[n] + ring), faint=1.0))
     return _svg(frame.left, frame.top, frame.width, frame.height, parts)
@@ -103,7 +104,7 @@ def view_points(points: NamedPoints, camera: Camera) -> str:
         x, y = camera.project(place)
         if not (np.isfinite(x) and 0 <= x <= camera.width and 0 <= y <= camera.height):
             continue
-        parts.append(_cross(x, y, size, name, 1.0))
+        parts.append(_cross(x, y, size, name, 1.0, turned=x > 0.7 * camera.width))
         covariance = points.carried.covariances[n]
         if np.isfinite(covariance).all():
             jacobian = np.stack([camera.project(place + step) - (x, y) for step in np.eye(3) * 1e-3], axis=1) / 1e-3
@@ -132,13 +133,15 @@ def _ring(points: np.ndarray, faint: float) -> str:
     )
 
 
-def _cross(x: float, y: float, size: float, name: str, faint: float) -> str:
+def _cross(x: float, y: float, size: float, name: str, faint: float, turned: bool) -> str:
+    """A cross with its name beside it: to its right, or to its left where it is turned."""
+    side, anchor = (-1, "end") if turned else (1, "start")
     lines = f"M{x - size:.2f} {y:.2f}h{2 * size:.2f}M{x:.2f} {y - size:.2f}v{2 * size:.2f}"
     style = 'fill="none" vector-effect="non-scaling-stroke"'
     return (
         f'<g opacity="{faint:.2f}"><path d="{lines}" stroke="#000000" stroke-width="3" {style}/>'
         f'<path d="{lines}" stroke="{POINT_COLOUR}" stroke-width="1.4" {style}/>'
-        f'<text x="{x + 1.3 * size:.2f}" y="{y - 1.3 * size:.2f}" font-size="{2.6 * size:.2f}" '
+        f'<text x="{x + side * 1.3 * size:.2f}" y="{y - 1.3 * size:.2f}" font-size="{2.6 * size:.2f}" text-anchor="{anchor}" '
         f'font-family="sans-serif" fill="{POINT_COLOUR}" stroke="#000000" stroke-width="{0.35 * size:.2f}" '
         f'paint-order="stroke">{escape(name)}</text></g>'
     )

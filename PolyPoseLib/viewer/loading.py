@@ -123,7 +123,7 @@ def _bones(result: Result, labels: Volume | None) -> tuple[Bone, ...]:
 def _before(result: Result, study: Study | None) -> tuple[Volume, str]:
     """The CT at rest: the study's, or what undoing the transform makes of the warped one."""
     if study is not None:
-        return study.ct, "the CT"
+        return study.ct, "the study's CT"
     from PolyPoseLib.warp.dense import warp_volume
     from PolyPoseLib.warp.inverse import invert_field
 
@@ -227,7 +227,8 @@ def _notes(folder: Path, study: Study | None, labels: Volume | None) -> tuple[st
         )
     if labels is None:
         notes.append(
-            "The result has no structures.nii.gz (it was written by an earlier version): bones are shown only as "
-            "X-rayed, label by label, without outlines on X-rays and without weights."
+            "The result has no structures.nii.gz (it was written by an earlier version), so it does not say where its "
+            "structures are: all labels, organs among them, are shown as X-rayed instead, without outlines on X-rays, "
+            "weights and bones at rest. The study would say it."
         )
     return tuple(notes)

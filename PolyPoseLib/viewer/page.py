@@ -59,8 +59,9 @@ class Page:
                 "blend": 100, "outlines_after": True, "outlines_before": False, "window": "bone", "map_key": "",
                 "map_opacity": 55, "map_text": "", "map_css": "", "map_ticks": ["", "", ""],
                 "view": 0, "view_blend": 50, "view_colours": False, "view_after": True, "view_before": False,
-                "moved": 100, "rest_shown": content.at_rest_known, "arms_shown": True, "opacity": 100,
-                "points_shown": True, "map_folds": False,
+                "moved": 100, "rest_shown": content.at_rest_known, "arms_shown": True,
+                "opacity": 100 if content.points is None else 45,  # points lie inside bones
+                "points_shown": content.points is not None, "map_folds": False,
             }
         )  # fmt: skip
         for n, bone in enumerate(content.bones):
@@ -230,7 +231,7 @@ class Page:
                     if content.points is not None:
                         html.Img(v_if="points_shown", src=f"{base}/points.svg", alt="")
                 html.P(_literal(f"similarity {camera.similarity:.3f} (1 is perfect)"), classes="hint")
-        with html.Div(classes="bar"):
+        with html.Div(v_if=str(known or content.at_rest_known).lower(), classes="bar"):
             if known:
                 _slider("view_blend", 100, "X-ray", "rendering", "X-ray or rendering")
                 _check("view_colours", "in colours: X-ray magenta, rendering green, both gray")
@@ -247,7 +248,7 @@ class Page:
             with html.Label("window"), html.Select(v_model="window"):
                 for name in WINDOWS:
                     html.Option(name, value=name)
-            _check("outlines_after", "bones as X-rayed")
+            _check("outlines_after", "bones as X-rayed" if content.at_rest_known else "labels as X-rayed")
             if content.at_rest_known:
                 _check("outlines_before", "bones at rest (dashed)")
         html.P(_literal(f"Before: {content.before_text}."), classes="hint")
