@@ -51,6 +51,8 @@ class View:
         (H, W) the CT rendered with the poses found.
     xray
         (H, W) the X-ray, bone bright; None where no study was given.
+    mask
+        (H, W) where the X-ray was compared; None where no study was given.
     detector_mm
         Distance of the detector from the source; None where it is not known.
     outlines
@@ -63,6 +65,7 @@ class View:
     camera: CameraResult
     rendering: np.ndarray
     xray: np.ndarray | None
+    mask: np.ndarray | None
     detector_mm: float | None
     outlines: tuple[list[np.ndarray], ...]
     outlines_before: tuple[list[np.ndarray], ...]

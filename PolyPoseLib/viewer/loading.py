@@ -140,9 +140,15 @@ def _views(result: Result, study: Study | None, labels: Volume | None) -> tuple[
     outlines = _outlines(result, labels)
     for n, (camera, rendering) in enumerate(zip(result.cameras, result.renderings_after, strict=True)):
         xray = None if study is None else study.xrays[n]
-        distance = None if xray is None else _detector_mm(camera.intrinsics, xray.pixel_spacing_mm)
         views.append(
-            View(camera, rendering, None if xray is None else xray.image, distance, outlines[n][0], outlines[n][1])
+            View(
+                camera,
+                rendering,
+                None if xray is None else xray.image,
+                None if xray is None else xray.mask,
+                None if xray is None else _detector_mm(camera.intrinsics, xray.pixel_spacing_mm),
+                *outlines[n],
+            )
         )
     return tuple(views)
 

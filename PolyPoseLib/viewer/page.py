@@ -234,7 +234,7 @@ class Page:
         with html.Div(v_if=str(known or content.at_rest_known).lower(), classes="bar"):
             if known:
                 _slider("view_blend", 100, "X-ray", "rendering", "X-ray or rendering")
-                _check("view_colours", "in colours: X-ray magenta, rendering green, both gray")
+                _check("view_colours", "in colours: X-ray magenta, rendering green, both gray, black where not compared")
             if content.at_rest_known:
                 _check("view_after", "bones as found")
                 _check("view_before", "bones as in the CT (dashed)")

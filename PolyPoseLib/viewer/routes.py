@@ -85,11 +85,11 @@ class Pictures:
             return None
         view, bones = self._content.views[number], self._content.bones
         if layer == "xray.png" and view.xray is not None:
-            return png(xray_pictures.gray(view.xray)), "image/png"
+            return png(xray_pictures.gray(view.xray, view.mask)), "image/png"
         if layer == "rendering.png":
             return png(xray_pictures.gray(view.rendering)), "image/png"
         if layer == "colours.png" and view.xray is not None:
-            return png(xray_pictures.compared(view.xray, view.rendering)), "image/png"
+            return png(xray_pictures.compared(view.xray, view.rendering, view.mask)), "image/png"
         if layer == "outlines-after.svg":
             return _svg(drawings.view_outlines(view.outlines, bones, view.camera.camera, dashed=False))
         if layer == "outlines-before.svg":

@@ -27,7 +27,7 @@ def require_packages() -> None:
         import vtkmodules.vtkCommonCore
     except ImportError as error:
         raise InputError(
-            f"The page needs packages that are not installed ({error}): pip install 'polypose[view]'."
+            f"The page needs packages that are not installed ({error}): pip install trame trame-vtk vtk."
         ) from error
     del aiohttp, trame, vtkmodules
 
@@ -94,15 +94,14 @@ def _announce(port: int, guard: Any, browser: bool) -> None:
     """Print the address, open the browser or say how to reach the page from elsewhere."""
     from PolyPoseLib.viewer.guard import TOKEN_FIELD
 
-    start = f"http://{HOST}:{port}/?{TOKEN_FIELD}="
+    start, screen = f"http://{HOST}:{port}/?{TOKEN_FIELD}=", has_screen()
+    said = "Whoever on this computer has the address below can see the page. Ctrl+C ends it."
+    if not screen:
+        said += f"\nNo screen here: run this on your own computer, and open the address there.\n  {tunnel(port)}"
+    print(said, file=sys.stderr, flush=True)
     print(f"{start}{guard.token}", flush=True)
-    print("Whoever has this address, on this computer, can see the page. Ctrl+C ends it.", file=sys.stderr, flush=True)
-    if has_screen():
-        if browser:
-            webbrowser.open(f"{start}{guard.ticket}")
-        return
-    print("No screen here; on your own computer run this, then open the address above:", file=sys.stderr)
-    print(f"  {tunnel(port)}", file=sys.stderr, flush=True)
+    if screen and browser:
+        webbrowser.open(f"{start}{guard.ticket}")
 
 
 def has_screen() -> bool:

@@ -7,10 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from PolyPoseLib.data.volume import Volume
-from PolyPoseLib.geometry.grid import bounding_box
+from PolyPoseLib.geometry.grid import Grid, bounding_box
 
-MOST_TRIANGLES = 250_000
-"""Of all structures together; more are thinned out."""
+MOST_TRIANGLES = 300_000
+"""Of all structures together."""
+
+FINEST_MM = (1.2, 1.8, 2.7, 4.0)
+"""Voxels are put together to about this size; the larger ones where there are too many triangles."""
+
+HALF_FULL = 0.45
+"""Larger voxels count as inside from this share on: thin plates of bone stay whole."""
 
 SMOOTHING_ITERATIONS = 5
 """Steps by which stairs of voxels are smoothed; vertices stay within their voxel."""
@@ -63,15 +69,19 @@ EMPTY = Surface(np.empty((0, 3), np.float32), np.empty((0, 3), np.int32))
 
 
 def surfaces_of(labels: Volume, numbers: list[int]) -> list[Surface]:
-    """Closed, smoothed surfaces of some numbers of a label map, in its frame; without triangles where it has no voxel."""
-    raw = [_surface(labels, number) for number in numbers]
-    total = sum(len(each.triangles) for each in raw)
-    if total <= MOST_TRIANGLES:
-        return raw
-    return [_thinned(each, MOST_TRIANGLES / total) for each in raw]
+    """Closed, smoothed surfaces of some numbers of a label map, in its frame; without triangles where it has no voxel.
+
+    Voxels are put together first, to as large ones as it takes for the triangles to be few enough.
+    """
+    surfaces: list[Surface] = []
+    for finest_mm in FINEST_MM:
+        surfaces = [_surface(labels, number, finest_mm) for number in numbers]
+        if sum(len(each.triangles) for each in surfaces) <= MOST_TRIANGLES:
+            break
+    return surfaces
 
 
-def _surface(labels: Volume, number: int) -> Surface:
+def _surface(labels: Volume, number: int, finest_mm: float) -> Surface:
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonDataModel import vtkImageData
     from vtkmodules.vtkFiltersCore import vtkSurfaceNets3D
@@ -80,10 +90,13 @@ def _surface(labels: Volume, number: int) -> Surface:
     box = bounding_box(mask)
     if box is None:
         return EMPTY
-    padded = np.pad(mask[box], 1).astype(np.uint8)
+    affine = labels.affine.copy()
+    affine[:3, 3] += affine[:3, :3] @ [part.start for part in reversed(box)]
+    grid = Grid(mask[box].astype(np.float32), affine).coarsened(finest_mm).padded()
+    inside = (grid.voxels >= min(HALF_FULL, grid.voxels.max())).astype(np.uint8)
     image = vtkImageData()
-    image.SetDimensions(*padded.shape[::-1])
-    image.GetPointData().SetScalars(numpy_to_vtk(padded.ravel(), deep=True))
+    image.SetDimensions(*inside.shape[::-1])
+    image.GetPointData().SetScalars(numpy_to_vtk(inside.ravel(), deep=True))
     nets = vtkSurfaceNets3D()
     nets.SetInputData(image)
     nets.SetValue(0, 1)
@@ -91,38 +104,11 @@ def _surface(labels: Volume, number: int) -> Surface:
     nets.SetOutputMeshTypeToTriangles()
     nets.Update()
     surface = _from_vtk(nets.GetOutput())
-    first = np.array([part.start for part in reversed(box)]) - 1
-    points = labels.to_world(surface.points + first).astype(np.float32)
+    points = surface.points.astype(np.float64) @ grid.affine[:3, :3].T + grid.affine[:3, 3]
     triangles = surface.triangles
-    if np.linalg.det(labels.affine[:3, :3]) < 0:  # a mirrored grid turns triangles inside out
+    if np.linalg.det(grid.affine[:3, :3]) < 0:  # a mirrored grid turns triangles inside out
         triangles = np.ascontiguousarray(triangles[:, ::-1])
-    return Surface(points, triangles)
-
-
-def _thinned(surface: Surface, share: float) -> Surface:
-    """With about a share of the triangles."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
-    from vtkmodules.vtkCommonCore import vtkPoints
-    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
-    from vtkmodules.vtkFiltersCore import vtkQuadricDecimation
-
-    if not len(surface.triangles):
-        return surface
-    points, cells = vtkPoints(), vtkCellArray()
-    points.SetData(numpy_to_vtk(surface.points, deep=True))
-    offsets = np.arange(0, 3 * len(surface.triangles) + 1, 3, dtype=np.int64)
-    cells.SetData(
-        numpy_to_vtkIdTypeArray(offsets, deep=True),
-        numpy_to_vtkIdTypeArray(surface.triangles.ravel().astype(np.int64), deep=True),
-    )
-    mesh = vtkPolyData()
-    mesh.SetPoints(points)
-    mesh.SetPolys(cells)
-    decimation = vtkQuadricDecimation()
-    decimation.SetInputData(mesh)
-    decimation.SetTargetReduction(1 - share)
-    decimation.Update()
-    return _from_vtk(decimation.GetOutput())
+    return Surface(points.astype(np.float32), triangles)
 
 
 def _from_vtk(mesh: object) -> Surface:
