@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import suppress
 from pathlib import Path
 
 from PolyPoseLib.cli._arguments import new_parser
@@ -19,12 +20,17 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("result", type=Path, help="folder that register wrote")
     parser.add_argument(
-        "--study", type=Path, metavar="STUDY.json", help="the study that was registered: adds its CT and X-rays"
+        "--study",
+        type=Path,
+        metavar="STUDY.json",
+        help="the study that was registered: adds its CT and X-rays",
     )
     parser.add_argument(
         "--points", type=Path, metavar="FILE", help="points of the CT to carry to the patient as X-rayed"
     )
-    parser.add_argument("--port", type=int, default=0, metavar="N", help="port of the loopback (default: a free one)")
+    parser.add_argument(
+        "--port", type=int, default=0, metavar="N", help="port of the loopback (default: a free one)"
+    )
     parser.add_argument("--no-browser", action="store_true", help="only print the address")
     parser.add_argument(
         "--allow-outside", action="store_true", help="let the study name files outside of its own folder"
@@ -41,8 +47,6 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"--port is {arguments.port}: give a number from 0 to 65535.")
     require_packages()
     content = load_content(arguments.result, arguments.study, arguments.points, arguments.allow_outside)
-    try:
+    with suppress(KeyboardInterrupt):
         serve(content, arguments.port, not arguments.no_browser)
-    except KeyboardInterrupt:
-        pass
     return 0

@@ -98,7 +98,7 @@ class Content:
     Attributes
     ----------
     title
-        Shown at the top: the result folder's name.
+        Shown at the top.
     result
         As read.
     before

@@ -29,15 +29,17 @@ def slice_outlines(bones: Sequence[Bone], frame: Frame, moved: bool) -> str:
     parts = []
     for bone in bones:
         surface = bone.surface.moved(bone.motion) if moved else bone.surface
-        segments = frame.on_picture(surface.cut(frame.axis, frame.position))
-        if not len(segments):
+        lines = [frame.on_picture(line) for line in surface.cut(frame.axis, frame.position)]
+        if not lines:
             continue
-        path = "".join(f"M{a:.2f} {b:.2f}L{c:.2f} {d:.2f}" for (a, b), (c, d) in segments.tolist())
+        path = "".join("M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in line.tolist()) for line in lines)
         parts.append(_path(path, bone.colour, dashed=not moved))
     return _svg(frame.left, frame.top, frame.width, frame.height, parts)
 
 
-def view_outlines(outlines: Sequence[list[np.ndarray]], bones: Sequence[Bone], camera: Camera, dashed: bool) -> str:
+def view_outlines(
+    outlines: Sequence[list[np.ndarray]], bones: Sequence[Bone], camera: Camera, dashed: bool
+) -> str:
     """Outlines of bones on an X-ray."""
     parts = []
     for lines, bone in zip(outlines, bones, strict=False):
@@ -107,7 +109,9 @@ def view_points(points: NamedPoints, camera: Camera) -> str:
         parts.append(_cross(x, y, size, name, 1.0, turned=x > 0.7 * camera.width))
         covariance = points.carried.covariances[n]
         if np.isfinite(covariance).all():
-            jacobian = np.stack([camera.project(place + step) - (x, y) for step in np.eye(3) * 1e-3], axis=1) / 1e-3
+            jacobian = (
+                np.stack([camera.project(place + step) - (x, y) for step in np.eye(3) * 1e-3], axis=1) / 1e-3
+            )
             # The outline of a projected ellipsoid is the ellipse of the projected covariance at the same level.
             spread = jacobian @ covariance @ jacobian.T
             parts.append(_ring(np.array([x, y]) + np.sqrt(CHI2_95) * _circle(48) @ _root(spread).T, 1.0))
@@ -141,7 +145,8 @@ def _cross(x: float, y: float, size: float, name: str, faint: float, turned: boo
     return (
         f'<g opacity="{faint:.2f}"><path d="{lines}" stroke="#000000" stroke-width="3" {style}/>'
         f'<path d="{lines}" stroke="{POINT_COLOUR}" stroke-width="1.4" {style}/>'
-        f'<text x="{x + side * 1.3 * size:.2f}" y="{y - 1.3 * size:.2f}" font-size="{2.6 * size:.2f}" text-anchor="{anchor}" '
+        f'<text x="{x + side * 1.3 * size:.2f}" y="{y - 1.3 * size:.2f}" font-size="{2.6 * size:.2f}" '
+        f'text-anchor="{anchor}" '
         f'font-family="sans-serif" fill="{POINT_COLOUR}" stroke="#000000" stroke-width="{0.35 * size:.2f}" '
         f'paint-order="stroke">{escape(name)}</text></g>'
     )

@@ -1,8 +1,8 @@
 """Who may see the page: only a browser that was given the token, and only by the names of this machine itself.
 
-The page shows a patient. It listens on the loopback alone, but other users of the machine reach the loopback too, and so
-do pages of other sites in the user's browser. Hence every request, that for the websocket included, must bring the token:
-in the address at first, in a cookie from then on.
+The page shows a patient. It listens on the loopback alone, but other users of the machine reach the loopback too, and
+so do pages of other sites in the user's browser. Hence every request, that for the websocket included, must bring the
+token: in the address at first, in a cookie from then on.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import secrets
 from collections.abc import Awaitable, Callable
 from hmac import compare_digest
+from typing import Any
 from urllib.parse import urlsplit
 
 from aiohttp import web
@@ -28,9 +29,7 @@ LOCAL_NAMES = ("127.0.0.1", "localhost")
 _PAGE = "/index.html"
 _START = ("/", _PAGE)
 
-_REFUSED = (
-    "This address needs the token that 'polypose view' printed: copy the whole address from there, or run it again.\n"
-)
+_REFUSED = "The token is missing: open the whole address that 'polypose view' printed, or run it again.\n"
 
 HEADERS = {
     "Content-Security-Policy": (
@@ -71,7 +70,7 @@ class Guard:
         app.on_response_prepare.append(_add_headers)
         app.router.add_post(LAUNCHER, self._launch)
 
-    def _middleware(self) -> Callable[[web.Request, Handler], Awaitable[web.StreamResponse]]:
+    def _middleware(self) -> Any:
         @web.middleware
         async def check(request: web.Request, handler: Handler) -> web.StreamResponse:
             if not _is_ours(request):
@@ -126,4 +125,3 @@ def _is_ours(request: web.Request) -> bool:
 
 def _equal(given: str, wanted: str) -> bool:
     return compare_digest(given.encode("utf-8", "replace"), wanted.encode())
-

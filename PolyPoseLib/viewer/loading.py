@@ -60,7 +60,7 @@ def load_content(
     bones = _bones(result, labels)
     before, before_text = _before(result, study)
     return Content(
-        title="/".join(folder.resolve().parts[-2:]).lstrip("/"),
+        title=_title(result),
         result=result,
         before=before,
         before_text=before_text,
@@ -72,6 +72,12 @@ def load_content(
         points=None if points is None else _carried(result, points),
         notes=_notes(folder, study, labels),
     )
+
+
+def _title(result: Result) -> str:
+    """What was registered; without names of folders, which may be patients'."""
+    views, bones = len(result.cameras), len(result.structures)
+    return f"{bones} {'structure' if bones == 1 else 'structures'}, {views} {'X-ray' if views == 1 else 'X-rays'}"
 
 
 def _study_of(result: Result, path: Path, allow_outside: bool) -> Study:
@@ -214,11 +220,17 @@ def _read_points(path: Path) -> tuple[tuple[str, ...], np.ndarray, Sequence[tupl
         return tuple(labels), points, ()
     if kind == ".json":
         plan = read_screws(path)
-        return tuple(plan.labels), np.asarray(plan.points, float), [(n, n + 1) for n in range(0, len(plan.points), 2)]
+        return (
+            tuple(plan.labels),
+            np.asarray(plan.points, float),
+            [(n, n + 1) for n in range(0, len(plan.points), 2)],
+        )
     if kind in (".fcsv", ".mrk.json"):
         markups = read_fiducials(path) if kind == ".fcsv" else read_markups(path)
         return tuple(markups.labels), np.asarray(markups.points, float), markups.lines
-    raise InputError(f"{path}: the page shows points: give a .csv, .mrk.json or .fcsv, or a plan of screws (.json).")
+    raise InputError(
+        f"{path}: the page shows points: give a .csv, .mrk.json or .fcsv, or a plan of screws (.json)."
+    )
 
 
 def _notes(folder: Path, study: Study | None, labels: Volume | None) -> tuple[str, ...]:

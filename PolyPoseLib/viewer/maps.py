@@ -107,7 +107,9 @@ def weight(content: Content, number: int) -> Map:
     with torch.no_grad():
         for start in range(0, len(values), 1 << 17):
             stop = min(start + (1 << 17), len(values))
-            points = torch.from_numpy(np.ascontiguousarray(flat_points(field.affine, field.shape, start, stop)))
+            points = torch.from_numpy(
+                np.ascontiguousarray(flat_points(field.affine, field.shape, start, stop))
+            )
             values[start:stop] = warp.weights(points.double())[number].cpu().numpy()
     name = result_name(content, number)
     title = f"weight of the motion of {name} (1: moves with it alone)"
@@ -131,7 +133,11 @@ class Maps:
             "displacement": lambda: displacement(field),
             "jacobian": lambda: volume_change(field),
         }
-        self.choices = [("", "nothing"), ("displacement", "displacement"), ("jacobian", "Jacobian determinant")]
+        self.choices = [
+            ("", "nothing"),
+            ("displacement", "displacement"),
+            ("jacobian", "Jacobian determinant"),
+        ]
         if content.labels is not None:
             for number, name in enumerate(content.result.structures):
                 self._makers[f"weight-{number}"] = lambda number=number: weight(content, number)

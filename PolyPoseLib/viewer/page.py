@@ -17,6 +17,7 @@ from PolyPoseLib.viewer.maps import Maps
 from PolyPoseLib.viewer.pictures import FOLD_COLOUR
 from PolyPoseLib.viewer.planes import PLANES, Plane, SliceStack, ends_text, position_text, sides
 from PolyPoseLib.viewer.routes import WINDOWS
+from PolyPoseLib.viewer.widgets import actor, check, literal, slider, table
 
 STYLE = Path(__file__).with_name("page.css")
 _BONE = {"ambient": 0.15, "diffuse": 0.85, "specular": 0.1}
@@ -57,7 +58,7 @@ class Page:
         state.update(
             {
                 "blend": 100, "outlines_after": True, "outlines_before": False, "window": "bone", "map_key": "",
-                "map_opacity": 55, "map_text": "", "map_css": "", "map_ticks": ["", "", ""],
+                "map_opacity": 55, "map_shown": "", "map_text": "", "map_css": "", "map_ticks": ["", "", ""],
                 "view": 0, "view_blend": 50, "view_colours": False, "view_after": True, "view_before": False,
                 "moved": 100, "rest_shown": content.at_rest_known, "arms_shown": True,
                 "opacity": 100 if content.points is None else 45,  # points lie inside bones
@@ -94,7 +95,7 @@ class Page:
 
     def _choose_map(self, map_key: str, **_state: Any) -> None:
         """Compute and describe the map that was chosen, without holding up the page."""
-        self._state.map_css = ""
+        self._state.map_shown = ""  # until it is there
         self._state.map_text = "computing ..." if map_key in self._maps else ""
         if map_key in self._maps:
             task = asyncio.get_running_loop().create_task(self._describe(map_key))
@@ -113,7 +114,7 @@ class Page:
             return
         with state:
             state.map_text, state.map_ticks = f"{chosen.title}; as X-rayed", list(chosen.ticks)
-            state.map_folds, state.map_css = chosen.folds, chosen.scale.css()
+            state.map_folds, state.map_css, state.map_shown = chosen.folds, chosen.scale.css(), key
 
     def _look_from(self, name: str) -> None:
         if name in self._looks:
@@ -148,10 +149,10 @@ class Page:
         content = self._content
         sentence, kind = tables.verdict(content.result)
         with html.Header():
-            html.H1(_literal(content.title))
-            html.P(_literal(sentence), classes=f"verdict {kind}")
+            html.H1(literal(f"PolyPose: {content.title}"))
+            html.P(literal(sentence), classes=f"verdict {kind}")
         for note in content.notes:
-            html.P(_literal(note), classes="note")
+            html.P(literal(note), classes="note")
 
     def _scene(self) -> None:
         content = self._content
@@ -159,22 +160,22 @@ class Page:
         with html.Div(classes="bar"):
             for name in self._looks:
                 label = name if not name.startswith("xray-") else f"through {self._view_name(int(name[5:]))}"
-                html.Button(_literal(label), click=(self._look_from, f"['{name}']"))
+                html.Button(literal(label), click=(self._look_from, f"['{name}']"))
         with html.Div(classes="scene"):
             html.P("This part needs WebGL 2, which this browser does not give.", classes="behind")
             with vtk.VtkView(ref="scene", background=("[0.09, 0.11, 0.14]",)):
                 self._actors()
         with html.Div(classes="bar"):
             if content.at_rest_known:
-                _slider("moved", 100, "CT's posture", "as X-rayed", "motion")
-                _check("rest_shown", "bones at rest, translucent")
-            _slider("opacity", 100, "clear", "solid", "opacity")
-            _check("arms_shown", "C-arms")
+                slider("moved", 100, "CT's posture", "as X-rayed", "motion")
+                check("rest_shown", "bones at rest, translucent")
+            slider("opacity", 100, "clear", "solid", "opacity")
+            check("arms_shown", "C-arms")
             if content.points is not None:
-                _check("points_shown", "points: orange in the CT, white as X-rayed")
+                check("points_shown", "points: orange in the CT, white as X-rayed")
         html.P(
-            "Letters name the patient's right, left, front (A), back (P), head (S) and feet (I). Drag to turn, wheel to "
-            "zoom, Ctrl and drag or right button for more.",
+            "Letters name the patient's right, left, front (A), back (P), head (S) and feet (I). Drag to turn, Alt and "
+            "drag to shift, wheel to zoom.",
             classes="hint",
         )
 
@@ -184,24 +185,26 @@ class Page:
             red, green, blue = _parts(bone.colour)
             colour = f"[{red}, {green}, {blue}]"
             shine = ", ".join(f"{name}: {value}" for name, value in _BONE.items())
-            _actor(
+            actor(
                 f"bone_{n}",
                 f"{{ color: {colour}, opacity: Math.max(0.05, opacity / 100), {shine} }}",
                 f"{{ userMatrix: poses[{n}] }}",
             )
             if content.at_rest_known:
-                _actor(f"bone_{n}", "{ color: [0.75, 0.8, 0.85], opacity: 0.22 }", "{ visibility: rest_shown }")
+                actor(
+                    f"bone_{n}", "{ color: [0.75, 0.8, 0.85], opacity: 0.22 }", "{ visibility: rest_shown }"
+                )
         for n in range(len(content.views)):
             seen = "{ visibility: arms_shown }"
-            _actor(f"detector_{n}", "{ lighting: false }", seen)
-            _actor(f"beam_{n}", "{ color: [0.95, 0.8, 0.3], lighting: false, opacity: 0.8 }", seen)
-            _actor(f"source_{n}", "{ color: [0.95, 0.8, 0.3] }", seen)
-        _actor("letters", "{ color: [0.62, 0.7, 0.78], lighting: false }", "{}")
+            actor(f"detector_{n}", "{ lighting: false }", seen)
+            actor(f"beam_{n}", "{ color: [0.95, 0.8, 0.3], lighting: false, opacity: 0.8 }", seen)
+            actor(f"source_{n}", "{ color: [0.95, 0.8, 0.3] }", seen)
+        actor("letters", "{ color: [0.62, 0.7, 0.78], lighting: false }", "{}")
         if content.points is not None:
             seen = "{ visibility: points_shown }"
-            _actor("points_ct", "{ color: [1, 0.6, 0.2] }", seen)
-            _actor("points_xray", "{ color: [1, 1, 1] }", seen)
-            _actor("ellipsoids", "{ color: [1, 1, 1], opacity: 0.35 }", seen)
+            actor("points_ct", "{ color: [1, 0.6, 0.2] }", seen)
+            actor("points_xray", "{ color: [1, 1, 1] }", seen)
+            actor("ellipsoids", "{ color: [1, 1, 1], opacity: 0.35 }", seen)
 
     def _view_name(self, number: int) -> str:
         return self._content.views[number].camera.name or f"X-ray {number + 1}"
@@ -213,7 +216,9 @@ class Page:
         with html.Div(classes="bar"):
             for n in range(len(content.views)):
                 html.Button(
-                    _literal(self._view_name(n)), click=f"view = {n}", classes=(f"view === {n} ? 'chosen' : ''",)
+                    literal(self._view_name(n)),
+                    click=f"view = {n}",
+                    classes=(f"view === {n} ? 'chosen' : ''",),
                 )
         for n, view in enumerate(content.views):
             camera, base = view.camera, f"xrays/{n}"
@@ -223,41 +228,46 @@ class Page:
                     if view.xray is not None:
                         html.Img(src=f"{base}/xray.png", alt="X-ray")
                     shown = "{ opacity: view_blend / 100 }" if view.xray is not None else "{}"
-                    html.Img(src=f"{base}/rendering.png", alt="CT rendered", style=(shown,), classes="rendering")
+                    html.Img(
+                        src=f"{base}/rendering.png", alt="CT rendered", style=(shown,), classes="rendering"
+                    )
                     if view.xray is not None:
                         html.Img(v_if="view_colours", src=f"{base}/colours.png", alt="both in colours")
                     html.Img(v_if="view_before", src=f"{base}/outlines-before.svg", alt="")
                     html.Img(v_if="view_after", src=f"{base}/outlines-after.svg", alt="")
                     if content.points is not None:
                         html.Img(v_if="points_shown", src=f"{base}/points.svg", alt="")
-                html.P(_literal(f"similarity {camera.similarity:.3f} (1 is perfect)"), classes="hint")
+                html.P(literal(f"similarity {camera.similarity:.3f} (1 is perfect)"), classes="hint")
         with html.Div(v_if=str(known or content.at_rest_known).lower(), classes="bar"):
             if known:
-                _slider("view_blend", 100, "X-ray", "rendering", "X-ray or rendering")
-                _check("view_colours", "in colours: X-ray magenta, rendering green, both gray, black where not compared")
+                slider("view_blend", 100, "X-ray", "rendering", "X-ray or rendering")
+                check(
+                    "view_colours",
+                    "in colours: X-ray magenta, rendering green, both gray, black where not compared",
+                )
             if content.at_rest_known:
-                _check("view_after", "bones as found")
-                _check("view_before", "bones as in the CT (dashed)")
+                check("view_after", "bones as found")
+                check("view_before", "bones as in the CT (dashed)")
         html.P("Seen from the source; bone is bright.", classes="hint")
 
     def _slices(self) -> None:
         content = self._content
         html.H2("Slices before and after")
         with html.Div(classes="bar"):
-            _slider("blend", 100, "before: CT at rest", "after: as X-rayed", "before or after")
+            slider("blend", 100, "before: CT at rest", "after: as X-rayed", "before or after")
             with html.Label("window"), html.Select(v_model="window"):
                 for name in WINDOWS:
                     html.Option(name, value=name)
-            _check("outlines_after", "bones as X-rayed" if content.at_rest_known else "labels as X-rayed")
+            check("outlines_after", "bones as X-rayed" if content.at_rest_known else "labels as X-rayed")
             if content.at_rest_known:
-                _check("outlines_before", "bones at rest (dashed)")
-        html.P(_literal(f"Before: {content.before_text}."), classes="hint")
+                check("outlines_before", "bones at rest (dashed)")
+        html.P(literal(f"Before: {content.before_text}."), classes="hint")
         with html.Div(classes="bar"):
             with html.Label("map of the transform"), html.Select(v_model="map_key"):
                 for key, name in self._maps.choices:
-                    html.Option(_literal(name), value=key)
-            with html.Template(v_if="map_css"):
-                _slider("map_opacity", 100, "faint", "strong", "opacity of the map")
+                    html.Option(literal(name), value=key)
+            with html.Template(v_if="map_shown"):
+                slider("map_opacity", 100, "faint", "strong", "opacity of the map")
         self._colour_bar()
         with html.Div(classes="planes"):
             for plane in PLANES:
@@ -270,7 +280,7 @@ class Page:
 
     def _colour_bar(self) -> None:
         html.P("{{ map_text }}", v_if="map_text", classes="map-text")
-        with html.Div(v_if="map_css", classes="colours"):
+        with html.Div(v_if="map_shown", classes="colours"):
             html.Div(classes="colour-bar", style=("{ background: map_css }",))
             with html.Div(classes="ticks"):
                 for n in range(3):
@@ -282,7 +292,9 @@ class Page:
         base = f"`slices/{plane}/${{{plane}}}/"
         with html.Figure(classes="plane"):
             html.Figcaption(f"{plane.capitalize()}, {{{{ {plane}_text }}}}")
-            with html.Div(classes="stack", style=f"aspect-ratio: {frame.width:.2f} / {frame.height:.2f}", id=plane):
+            with html.Div(
+                classes="stack", style=f"aspect-ratio: {frame.width:.2f} / {frame.height:.2f}", id=plane
+            ):
                 html.Img(src=(base + "before.png?window=${window}`",), alt=f"{plane} slice before")
                 html.Img(
                     src=(base + "after.png?window=${window}`",),
@@ -290,8 +302,8 @@ class Page:
                     style=("{ opacity: blend / 100 }",),
                 )
                 html.Img(
-                    v_if="map_css",
-                    src=(base + "map.png?of=${map_key}`",),
+                    v_if="map_shown",
+                    src=(base + "map.png?of=${map_shown}`",),
                     alt="",
                     style=("{ opacity: map_opacity / 100 }",),
                 )
@@ -303,12 +315,12 @@ class Page:
                     html.Img(v_if="points_shown && blend >= 50", src=(base + "points-after.svg`",), alt="")
                 for letter, side in zip(sides(plane), ("left", "right", "top", "bottom"), strict=True):
                     html.Span(letter, classes=f"side {side}")
-            _slider(plane, self._stack.count(plane) - 1, *ends_text(plane), f"{plane} slice")
+            slider(plane, self._stack.count(plane) - 1, *ends_text(plane), f"{plane} slice")
 
     def _motions(self) -> None:
         html.H2("Motion of every structure from the CT to the X-rays")
         colours = [bone.colour for bone in self._content.bones] if self._content.at_rest_known else []
-        _table(tables.MOTION_HEADER, tables.motion_rows(self._content.result), colours)
+        table(tables.MOTION_HEADER, tables.motion_rows(self._content.result), colours)
         html.P(
             "Displacements are those of the structure's centroid. Intervals are 95 %: along the direction in which the "
             "X-rays tell least, and the largest across it.",
@@ -318,7 +330,7 @@ class Page:
     def _points(self) -> None:
         assert self._content.points is not None
         html.H2("Carried points")
-        _table(tables.POINT_HEADER, tables.point_rows(self._content.points), [])
+        table(tables.POINT_HEADER, tables.point_rows(self._content.points), [])
         html.P("LPS mm. Half axes are those of the 95 % ellipsoid, the longest first.", classes="hint")
 
     def _footer(self) -> None:
@@ -328,53 +340,8 @@ class Page:
                 html.H2("Warnings of the registration")
                 with html.Ul():
                     for each in warnings:
-                        html.Li(_literal(each))
+                        html.Li(literal(each))
         html.P("Research software, not for clinical decisions.", classes="hint")
-
-
-def _literal(text: str) -> str:
-    """A text that Vue shows as it is: names are the user's, and braces or tags in one are no template."""
-    replaced = text.encode("utf-8", "replace").decode("utf-8")
-    for character in "&<>{}\"'`":
-        replaced = replaced.replace(character, f"&#{ord(character)};")
-    return f"<span v-pre>{replaced}</span>"
-
-
-def _slider(name: str, most: int, low: str, high: str, label: str) -> None:
-    """A slider from 0 to `most`, with what its ends mean; `label` is for screen readers."""
-    with html.Label(classes="slider"):
-        html.Span(low)
-        html.Input(
-            type="range", min=0, max=most, step=1, id=f"slider-{name}", value=(name,), aria_label=label,
-            input=f"{name} = Number($event.target.value)",
-        )  # fmt: skip
-        html.Span(high)
-
-
-def _check(name: str, label: str) -> None:
-    with html.Label(classes="check"):
-        html.Input(type="checkbox", v_model=name, id=f"check-{name}")
-        html.Span(label)
-
-
-def _actor(mesh: str, properties: str, actor: str) -> None:
-    with vtk.VtkGeometryRepresentation(property=(properties,), actor=(actor,)):
-        vtk.VtkMesh(mesh, state=(mesh,))
-
-
-def _table(header: tuple[str, ...], rows: list[list[str]], colours: list[str]) -> None:
-    with html.Div(classes="wide"), html.Table():
-        with html.Thead(), html.Tr():
-            for cell in header:
-                html.Th(cell)
-        with html.Tbody():
-            for n, row in enumerate(rows):
-                with html.Tr():
-                    for place, cell in enumerate(row):
-                        with html.Td():
-                            if place == 0 and n < len(colours):
-                                html.I(classes="swatch", style=f"background: {colours[n]}")
-                            html.Span(_literal(cell))
 
 
 def _parts(colour: str) -> list[float]:

@@ -41,7 +41,9 @@ class Scale:
         share = self.shares(values)
         anchors = np.array([rgb(each) for each in self._anchors()], float)
         places = np.linspace(0, 1, len(anchors))
-        return np.stack([np.interp(share, places, anchors[:, n]) for n in range(3)], -1).round().astype(np.uint8)
+        return (
+            np.stack([np.interp(share, places, anchors[:, n]) for n in range(3)], -1).round().astype(np.uint8)
+        )
 
     def shares(self, values: np.ndarray) -> np.ndarray:
         """Where numbers lie between `low` (0) and `high` (1)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 
 from aiohttp import web
 
@@ -44,7 +44,9 @@ class Pictures:
             web.get("/xrays/{number:[0-9]{1,6}}/{layer}", self._answer(self._view)),
         ]
 
-    def _answer(self, make: Callable[[web.Request], Answer | None]) -> Callable[[web.Request], object]:
+    def _answer(
+        self, make: Callable[[web.Request], Answer | None]
+    ) -> Callable[[web.Request], Awaitable[web.Response]]:
         async def respond(request: web.Request) -> web.Response:
             try:
                 made = await asyncio.to_thread(make, request)  # a map takes seconds the first time
@@ -59,7 +61,7 @@ class Pictures:
 
     def _slice(self, request: web.Request) -> Answer | None:
         plane, layer = request.match_info["plane"], request.match_info["layer"]
-        known = next((each for each in PLANES if each == plane), None)
+        known: Plane | None = next((each for each in PLANES if each == plane), None)
         return None if known is None else self._layer(known, int(request.match_info["index"]), layer, request)
 
     def _layer(self, plane: Plane, index: int, layer: str, request: web.Request) -> Answer | None:

@@ -1,4 +1,4 @@
-"""The scene in three dimensions as meshes that vtk.js draws in the browser: bones, C-arms with their pictures, points."""
+"""The scene in three dimensions as meshes, which vtk.js draws in the browser: bones, C-arms with X-rays, points."""
 
 from __future__ import annotations
 
@@ -182,7 +182,9 @@ def looks(content: Content) -> dict[str, dict[str, Any]]:
         camera = view.camera.camera
         depth = detector_depth(view, content)
         centre = _on_detector(camera, np.array([[(camera.width - 1) / 2, (camera.height - 1) / 2]]), depth)[0]
-        half = depth * max(camera.height / camera.intrinsics[1, 1], camera.width / camera.intrinsics[0, 0]) / 2
+        half = (
+            depth * max(camera.height / camera.intrinsics[1, 1], camera.width / camera.intrinsics[0, 0]) / 2
+        )
         angle = 2 * np.degrees(np.arctan(1.05 * half / np.linalg.norm(centre - camera.source)))
         found[f"xray-{n}"] = _look(camera.source, centre, -camera.extrinsic[1, :3], float(angle))
     return found
@@ -232,7 +234,9 @@ def _on_detector(camera: Camera, pixels: np.ndarray, depth: float) -> np.ndarray
 def _normals(surface: Surface) -> np.ndarray:
     """(N, 3) float32 unit normals at the vertices, for smooth shading."""
     corners = surface.points[surface.triangles].astype(np.float64)
-    faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # as long as the face is large
+    faces = np.cross(
+        corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    )  # as long as the face is large
     normals = np.zeros((len(surface.points), 3))
     for corner in range(3):
         for axis in range(3):
@@ -247,7 +251,9 @@ def _ball() -> tuple[np.ndarray, np.ndarray]:
     polar, azimuth = np.meshgrid(
         np.linspace(0, np.pi, rings), np.linspace(0, 2 * np.pi, columns, endpoint=False), indexing="ij"
     )
-    points = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1)
+    points = np.stack(
+        [np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1
+    )
     place = np.arange(rings * columns).reshape(rings, columns)
     next_place = np.roll(place, -1, axis=1)
     upper = np.stack([place[:-1], place[1:], next_place[1:]], axis=-1)
@@ -277,4 +283,8 @@ def _mesh(points: np.ndarray, polygons: np.ndarray | None = None, lines: np.ndar
 def _encoded(array: np.ndarray) -> dict[str, Any]:
     """An array as vue-vtk-js reads it."""
     flat = np.ascontiguousarray(array).ravel()
-    return {"bvals": base64.b64encode(flat.tobytes()).decode(), "dtype": str(flat.dtype), "shape": [flat.size]}
+    return {
+        "bvals": base64.b64encode(flat.tobytes()).decode(),
+        "dtype": str(flat.dtype),
+        "shape": [flat.size],
+    }

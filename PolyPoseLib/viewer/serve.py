@@ -57,7 +57,9 @@ def serve(content: Content, port: int = 0, browser: bool = True) -> None:
         asyncio.run(_serve(content, port, browser))
     except OSError as error:
         if error.errno in (errno.EADDRINUSE, errno.EACCES):
-            raise InputError(f"Port {port} cannot be used ({error.strerror}): give another --port, or none.") from error
+            raise InputError(
+                f"Port {port} cannot be used ({error.strerror}): give another --port, or none."
+            ) from error
         raise
 
 
@@ -72,7 +74,7 @@ async def _serve(content: Content, port: int, browser: bool) -> None:
     # trame reads the command line and variables of its own, by which it could be told to listen elsewhere.
     os.environ["TRAME_ARGS"] = ""
     guard = Guard()
-    server = get_server("polypose-view", client_type="vue3")
+    server: Any = get_server("polypose-view", client_type="vue3")
     server.cli.set_defaults(authKey=guard.token)
     maps = Maps(content)
     pictures = Pictures(content, maps)
@@ -97,7 +99,9 @@ def _announce(port: int, guard: Any, browser: bool) -> None:
     start, screen = f"http://{HOST}:{port}/?{TOKEN_FIELD}=", has_screen()
     said = "Whoever on this computer has the address below can see the page. Ctrl+C ends it."
     if not screen:
-        said += f"\nNo screen here: run this on your own computer, and open the address there.\n  {tunnel(port)}"
+        said += (
+            f"\nNo screen here: run this on your own computer, and open the address there.\n  {tunnel(port)}"
+        )
     print(said, file=sys.stderr, flush=True)
     print(f"{start}{guard.token}", flush=True)
     if screen and browser:

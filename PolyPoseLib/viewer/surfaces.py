@@ -42,27 +42,54 @@ class Surface:
         """The same under a rigid motion (4, 4)."""
         return Surface((self.points @ motion[:3, :3].T + motion[:3, 3]).astype(np.float32), self.triangles)
 
-    def cut(self, axis: int, position: float) -> np.ndarray:
-        """Segments (S, 2, 3) in which the plane at a position along an axis of (x, y, z) meets the triangles."""
+    def cut(self, axis: int, position: float) -> list[np.ndarray]:
+        """Lines (S, 3) in which the plane at a position along an axis of (x, y, z) meets the surface.
+
+        Closed lines end where they begin; a surface that is not closed has others.
+        """
         # A vertex that lies on the plane counts as above it: no triangle is then met in a single point.
         height = self.points[:, axis].astype(np.float64) - position
         above = height >= 0
         corner_above = above[self.triangles]
         crossed = np.flatnonzero(corner_above.any(axis=1) & ~corner_above.all(axis=1))
         if not len(crossed):
-            return np.empty((0, 2, 3))
-        corners, up = self.triangles[crossed], corner_above[crossed]
-        # The corner that is alone on its side, and the two edges that leave it.
+            return []
+        corners, up = self.triangles[crossed].astype(np.int64), corner_above[crossed]
+        # The corner that is alone on its side, and the two edges that leave it: each is named by its two corners.
         alone = np.where((up.sum(axis=1) == 1)[:, None], up, ~up).argmax(axis=1)
         rows = np.arange(len(crossed))
         tip = corners[rows, alone]
-        ends = [corners[rows, (alone + step) % 3] for step in (1, 2)]
+        ends = np.stack([corners[rows, (alone + step) % 3] for step in (1, 2)], axis=1)
+        edges = np.minimum(tip[:, None], ends) * len(self.points) + np.maximum(tip[:, None], ends)
+        names, numbers = np.unique(edges, return_inverse=True)
+        low, high = np.divmod(names, len(self.points))
+        share = height[low] / (height[low] - height[high])
         points = self.points.astype(np.float64)
-        met = []
-        for end in ends:
-            share = height[tip] / (height[tip] - height[end])
-            met.append(points[tip] + share[:, None] * (points[end] - points[tip]))
-        return np.stack(met, axis=1)
+        places = points[low] + share[:, None] * (points[high] - points[low])
+        return [places[line] for line in _chained(numbers.reshape(-1, 2))]
+
+
+def _chained(segments: np.ndarray) -> list[list[int]]:
+    """Lines of places from segments (S, 2) between them."""
+    at: dict[int, list[int]] = {}
+    ends = segments.tolist()
+    for number, pair in enumerate(ends):
+        for place in pair:
+            at.setdefault(place, []).append(number)
+    left, lines = set(range(len(ends))), []
+    for first in range(len(ends)):
+        if first not in left:
+            continue
+        left.discard(first)
+        line = list(ends[first])
+        for _ in range(2):  # on from its end, and then from its other one
+            while (following := next((each for each in at[line[-1]] if each in left), None)) is not None:
+                left.discard(following)
+                one, other = ends[following]
+                line.append(other if one == line[-1] else one)
+            line.reverse()
+        lines.append(line)
+    return lines
 
 
 EMPTY = Surface(np.empty((0, 3), np.float32), np.empty((0, 3), np.int32))

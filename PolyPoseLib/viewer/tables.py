@@ -15,7 +15,8 @@ MOTION_HEADER = (
     "95 % across mm", "95 % rotation °", "doubts",
 )  # fmt: skip
 POINT_HEADER = (
-    "point", "in the CT (x, y, z) mm", "as X-rayed (x, y, z) mm", "moved mm", "95 % half axes mm", "moved by", "remarks",
+    "point", "in the CT (x, y, z) mm", "as X-rayed (x, y, z) mm", "moved mm", "95 % half axes mm", "moved by",
+    "remarks",
 )  # fmt: skip
 
 
@@ -86,5 +87,8 @@ def verdict(result: Result) -> tuple[str, str]:
     if doubted:
         return f"Flagged as uncertain: {', '.join(doubted)} (reasons in the table).", "caution"
     if len(result.cameras) < 2:
-        return "One view only: positions along its rays are hardly known. Compare the outlines yourself.", "caution"
+        return (
+            "One view only: positions along its rays are hardly known. Compare the outlines yourself.",
+            "caution",
+        )
     return "No sign of failure; compare the outlines yourself.", "good"

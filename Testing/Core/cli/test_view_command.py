@@ -52,7 +52,15 @@ def status_of(fetch, url, data=None):
         return error.code, error.read()
 
 
-FILES = ("", "index.html", "vue.global.js", "slices/axial/3/after.png", "xrays/0/xray.png", "ws", "no-such-file")
+FILES = (
+    "",
+    "index.html",
+    "vue.global.js",
+    "slices/axial/3/after.png",
+    "xrays/0/xray.png",
+    "ws",
+    "no-such-file",
+)
 
 
 def test_without_the_token_nothing_is_served(shown):
@@ -190,7 +198,9 @@ def test_what_is_missing_or_damaged_is_said_in_one_sentence(result, tmp_path, ca
 def test_the_study_of_another_result_is_refused(result, tmp_path, capsys):
     from small_study import write_small_study
 
-    assert "give the study that was registered" in refused(capsys, result, "--study", write_small_study(tmp_path / "s"))
+    assert "give the study that was registered" in refused(
+        capsys, result, "--study", write_small_study(tmp_path / "s")
+    )
 
 
 def test_a_port_in_use_is_said(result, capsys):

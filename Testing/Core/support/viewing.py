@@ -31,7 +31,9 @@ class Viewing:
 @contextmanager
 def viewing(*arguments: object, **variables: str) -> Iterator[Viewing]:
     """Run the command until the block ends; variables are added to its environment."""
-    environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "SSH_CONNECTION")}
+    environment = {
+        key: value for key, value in os.environ.items() if key not in ("DISPLAY", "SSH_CONNECTION")
+    }
     command = [sys.executable, "-m", "PolyPoseLib", "view", *map(str, arguments), "--no-browser"]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**environment, **variables}

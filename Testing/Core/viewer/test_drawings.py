@@ -22,7 +22,9 @@ def random_covariance(rng):
 
 def named(covariance, place=(1.0, 5.5, -3.0), name="p"):
     place = np.array([place])
-    return NamedPoints((name,), place - 2, CarriedPoints(place, covariance[None], ("femur",), np.array([True])))
+    return NamedPoints(
+        (name,), place - 2, CarriedPoints(place, covariance[None], ("femur",), np.array([True]))
+    )
 
 
 @pytest.mark.parametrize("seed", range(8))

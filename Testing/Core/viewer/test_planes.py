@@ -10,7 +10,9 @@ from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.viewer.planes import PLANES, SliceStack, sides
 
 SIGNED = [
-    (order, signs) for order in itertools.permutations(range(3)) for signs in itertools.product((1, -1), repeat=3)
+    (order, signs)
+    for order in itertools.permutations(range(3))
+    for signs in itertools.product((1, -1), repeat=3)
 ]
 LETTERS = {"R": (0, -1), "L": (0, 1), "A": (1, -1), "P": (1, 1), "I": (2, -1), "S": (2, 1)}
 

@@ -24,7 +24,9 @@ def points_of(mesh):
 
 def a_bone(seed=0):
     rng = np.random.default_rng(seed)
-    surface = Surface(rng.normal(0, 40, (30, 3)).astype(np.float32), rng.integers(0, 30, (50, 3)).astype(np.int32))
+    surface = Surface(
+        rng.normal(0, 40, (30, 3)).astype(np.float32), rng.integers(0, 30, (50, 3)).astype(np.int32)
+    )
     return Bone("femur", "#e6c84f", surface, random_pose(rng, 60, 30))
 
 
@@ -42,7 +44,9 @@ def test_a_bone_begins_where_the_ct_has_it_and_ends_as_x_rayed(seed):
 
 def test_a_picture_lies_on_its_detector_pixel_by_pixel():
     height, width, distance = 50, 70, 1000.0
-    camera = Camera(intrinsics_matrix(distance, 2.0, height, width), look_at((30, -700, 50), (0, 0, 0)), height, width)
+    camera = Camera(
+        intrinsics_matrix(distance, 2.0, height, width), look_at((30, -700, 50), (0, 0, 0)), height, width
+    )
     image = np.arange(height * width, dtype=np.float32).reshape(height, width)
     view = View(CameraResult(camera, 0.5), image, None, None, distance, (), ())
     mesh = scene.detector_mesh(view, distance, 1)
@@ -68,7 +72,9 @@ def test_ellipsoids_lie_at_the_95_percent_level_and_unknown_ones_are_left_out():
     places = np.array([(1.0, 2, 3), (50, 60, 70)])
     mesh = scene.ellipsoids_mesh(places, np.stack([covariance, np.full((3, 3), np.nan)]))
     off = points_of(mesh) - places[0]
-    np.testing.assert_allclose(np.einsum("ni,ij,nj->n", off, np.linalg.inv(covariance), off), CHI2_95, rtol=1e-4)
+    np.testing.assert_allclose(
+        np.einsum("ni,ij,nj->n", off, np.linalg.inv(covariance), off), CHI2_95, rtol=1e-4
+    )
     triangles = decoded(mesh["mesh"]["polys"]).reshape(-1, 4)
     assert (triangles[:, 0] == 3).all()
     assert triangles[:, 1:].max() == len(off) - 1

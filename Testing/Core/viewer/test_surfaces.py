@@ -43,21 +43,40 @@ def test_a_ball_keeps_its_volume_and_faces_outwards_on_any_grid(spacing):
 @pytest.mark.parametrize("axis", range(3))
 def test_a_slice_cuts_a_ball_in_a_circle(axis):
     (surface,) = surfaces.surfaces_of(ball(), [3])
-    for off in (-10.0, 0.0, 6.3):
-        ends = surface.cut(axis, CENTRE[axis] + off)
-        assert len(ends) > 30
-        np.testing.assert_allclose(ends[..., axis], CENTRE[axis] + off, atol=1e-5)
-        distance = np.linalg.norm(ends - CENTRE, axis=-1)
-        np.testing.assert_allclose(distance, RADIUS, atol=1.0)
-        _, uses = np.unique(ends.reshape(-1, 3).round(4), axis=0, return_counts=True)
-        assert (uses % 2 == 0).mean() > 0.97, "segments join to closed lines"
-    assert not len(surface.cut(axis, CENTRE[axis] + RADIUS + 3))
+    for off in (-10.0, 0.1, 6.3):
+        (line,) = surface.cut(axis, CENTRE[axis] + off)
+        np.testing.assert_array_equal(line[0], line[-1])
+        np.testing.assert_allclose(line[:, axis], CENTRE[axis] + off, atol=1e-5)
+        np.testing.assert_allclose(np.linalg.norm(line - CENTRE, axis=-1), RADIUS, atol=1.0)
+        steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
+        assert steps.max() < 2.0
+        circle = 2 * np.pi * np.sqrt(RADIUS**2 - off**2)
+        assert steps.sum() == pytest.approx(circle, rel=0.08), "it goes round once"
+    assert not surface.cut(axis, CENTRE[axis] + RADIUS + 3)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_slice_through_vertices_keeps_whole_lines(axis):
+    (surface,) = surfaces.surfaces_of(ball(), [3])
+    heights = surface.points[:, axis]
+    for height in np.unique(heights)[[40, 200, -40]]:
+        lines = surface.cut(axis, float(height))
+        assert lines
+        assert all((line[0] == line[-1]).all() for line in lines)
+
+
+def test_a_surface_with_a_rim_is_cut_in_open_lines():
+    strip = np.array([(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 0, 2), (1, 0, 2), (2, 0, 2)], np.float32)
+    triangles = np.array([(0, 1, 3), (1, 4, 3), (1, 2, 4), (2, 5, 4)], np.int32)
+    (line,) = surfaces.Surface(strip, triangles).cut(2, 1.0)
+    order = line if line[0, 0] < line[-1, 0] else line[::-1]
+    np.testing.assert_allclose(order, [(0, 0, 1), (0.5, 0, 1), (1, 0, 1), (1.5, 0, 1), (2, 0, 1)])
 
 
 def test_a_label_without_voxels_has_no_triangles():
     (surface,) = surfaces.surfaces_of(ball(), [7])
     assert not len(surface.triangles)
-    assert not len(surface.cut(0, 0.0))
+    assert not surface.cut(0, 0.0)
 
 
 def test_voxels_are_put_together_where_there_are_too_many_triangles(monkeypatch):

@@ -12,7 +12,13 @@ from PolyPoseLib.viewer.content import NamedPoints
 
 @pytest.mark.parametrize(
     ("value", "sign", "text"),
-    [(-0.04, True, "0.0"), (-0.04, False, "0.0"), (3.25, True, "+3.2"), (-1.0, True, "-1.0"), (np.nan, True, "unknown")],
+    [
+        (-0.04, True, "0.0"),
+        (-0.04, False, "0.0"),
+        (3.25, True, "+3.2"),
+        (-1.0, True, "-1.0"),
+        (np.nan, True, "unknown"),
+    ],
 )
 def test_numbers_have_no_negative_zero(value, sign, text):
     assert tables.number(value, sign) == text
@@ -21,7 +27,12 @@ def test_numbers_have_no_negative_zero(value, sign, text):
 def test_motions_say_what_is_known_of_each_structure():
     result = make_result()
     femur = result.structures["femur"]
-    uncertainty = {"along_mm": 4.0, "across_mm": [0.5, 1.5], "rotation_about_view_deg": 2.0, "rotation_across_deg": [3, 1]}
+    uncertainty = {
+        "along_mm": 4.0,
+        "across_mm": [0.5, 1.5],
+        "rotation_about_view_deg": 2.0,
+        "rotation_across_deg": [3, 1],
+    }
     result.structures["tibia"] = StructureResult.from_pose(
         femur.fixed_to_moving, np.zeros(3), uncertainty, ("left every view", "hidden by metal")
     )
