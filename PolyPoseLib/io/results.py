@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +43,10 @@ _LOG = logging.getLogger(__name__)
 VERSION = 1
 
 REPORT = "report.png"
-"""The picture; a result may lack it."""
+"""The report's picture; a result may lack it."""
+
+PAGE = "report.html"
+"""The report as a page that opens offline; a result may lack it."""
 
 
 def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: bool = False) -> Path:
@@ -82,16 +87,16 @@ def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: boo
             zip(result.renderings_after, result.cameras, strict=True)
         ):
             write_volume(_image_volume(rendering, camera), temporary / f"xray_{number}_drr.nii.gz")
-        _write_picture(result, temporary / REPORT)
+        _write_report(result, temporary)
     return folder.folder
 
 
 def save_summary(result: Result, folder: str | Path, picture: bool = True) -> Path:
-    """Write result.json alone, or with the report; raises InputError as ``save_result`` does."""
+    """Write result.json alone, or with the report (picture); raises InputError as ``save_result`` does."""
     with claimed_folder(folder, overwrite=False) as claim, claim.whole() as temporary:
         _write_fields(result, temporary)
         if picture:
-            _write_picture(result, temporary / REPORT)
+            _write_report(result, temporary)
     return Path(folder)
 
 
@@ -120,12 +125,28 @@ def _write_fields(result: Result, folder: Path) -> None:
     (folder / "result.json").write_text(json_text(result_fields(result)), encoding="utf-8")
 
 
-def _write_picture(result: Result, path: Path) -> None:
-    """Draw the report, or log why there is none; raises OSError when the system refuses to write it."""
-    from PolyPoseLib.io.report import write_report
+def _write_report(result: Result, folder: Path) -> None:
+    """Write the report as a page and as a picture: what cannot be made is left out with a warning."""
+    from PolyPoseLib.io import report
 
+    page, picture = folder / PAGE, folder / REPORT
+    summary = None
+    with _left_out_if_it_fails(page, picture):
+        summary = report.summary_of(result)
+    if summary is None:
+        return
+    with _left_out_if_it_fails(page):
+        report.write_page(summary, page)
+    with _left_out_if_it_fails(picture):
+        report.write_picture(summary, picture)
+
+
+@contextmanager
+def _left_out_if_it_fails(*paths: Path) -> Iterator[None]:
+    """Turn a failure to draw files into a warning and remove them; raises OSError when the system refuses to write."""
     try:
-        write_report(result, path)
+        yield
+        return
     except InputError as error:
         reason = str(error)
     except OSError as error:
@@ -136,10 +157,10 @@ def _write_picture(result: Result, path: Path) -> None:
         )
     except Exception as error:  # drawing can fail in ways of its own, such as a picture of too many pixels
         reason = f"The report could not be drawn ({type(error).__name__}: {error})."
-    else:
-        return
-    path.unlink(missing_ok=True)
-    _LOG.warning("%s The result is saved without %s.", " ".join(reason.split())[:400], path.name)
+    for path in paths:
+        path.unlink(missing_ok=True)
+    names = " and ".join(path.name for path in paths)
+    _LOG.warning("%s The result is saved without %s.", " ".join(reason.split())[:400], names)
 
 
 def result_fields(result: Result) -> dict[str, Any]:
