@@ -34,6 +34,7 @@ from PolyPoseLib.io.json_records import (
     string,
     whole_number,
 )
+from PolyPoseLib.io.result_readme import README, README_TEXT
 from PolyPoseLib.io.transforms import read_transform, write_transform
 from PolyPoseLib.io.volumes import read_volume, write_volume
 from PolyPoseLib.io.whole_folders import FolderClaim, claimed_folder, restore_folder
@@ -47,6 +48,9 @@ REPORT = "report.png"
 
 PAGE = "report.html"
 """The report as a page that opens offline; a result may lack it."""
+
+INVERSE, STRUCTURES = "inverse_transform.h5", "structures.nii.gz"
+"""Files that results of earlier versions lack."""
 
 
 def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: bool = False) -> Path:
@@ -83,6 +87,11 @@ def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: boo
         write_transform(result.transform, temporary / "transform.h5")
         write_volume(_hounsfield(result.warped_ct), temporary / "warped_ct.nii.gz")
         write_volume(_labels(result.warped_labels), temporary / "warped_labels.nii.gz")
+        if result.inverse_transform is not None:
+            write_transform(result.inverse_transform, temporary / INVERSE)
+        if result.structure_labels is not None:
+            write_volume(_labels(result.structure_labels), temporary / STRUCTURES)
+        (temporary / README).write_text(README_TEXT, encoding="utf-8")
         for number, (rendering, camera) in enumerate(
             zip(result.renderings_after, result.cameras, strict=True)
         ):
@@ -117,7 +126,7 @@ def _bytes_of(result: Result) -> float:
 
 def _expected(voxels: int, nodes: int, pixels: int) -> float:
     """Bytes on the disk: measured on real CTs, whose noise takes 0.9 to 1.2 bytes per voxel when compressed."""
-    return 1.25 * voxels + 24 * nodes + 3.5 * pixels + 2e6
+    return 1.25 * voxels + 48 * nodes + 3.5 * pixels + 2e6
 
 
 def _write_fields(result: Result, folder: Path) -> None:
@@ -222,7 +231,8 @@ def load_result(folder: str | Path) -> Result:
     Returns
     -------
     Result
-        Without the X-rays' images, masks and first renderings, which the folder does not hold.
+        Without the X-rays' images, masks and first renderings, which the folder does not hold; without inverse
+        transform and label map of structures where an earlier version wrote it.
 
     Raises
     ------
@@ -269,10 +279,28 @@ def load_result(folder: str | Path) -> Result:
         warped_ct=read_volume(folder / "warped_ct.nii.gz"),
         warped_labels=read_volume(folder / "warped_labels.nii.gz"),
         transform=read_transform(folder / "transform.h5"),
+        inverse_transform=read_transform(folder / INVERSE) if (folder / INVERSE).is_file() else None,
+        structure_labels=_read_structure_labels(folder / STRUCTURES, len(structures)),
         renderings_after=[
             read_volume(folder / f"xray_{number}_drr.nii.gz").voxels[0] for number in range(len(cameras))
         ],
     )
+
+
+def _read_structure_labels(path: Path, count: int) -> Volume | None:
+    """The label map of the structures, None where an earlier version wrote none; raises InputError when damaged."""
+    if not path.is_file():
+        return None
+    labels = read_volume(path)
+    if not np.issubdtype(labels.voxels.dtype, np.integer):
+        raise InputError(f"{path}: the file is damaged, register again: its labels are no whole numbers.")
+    low, high = int(labels.voxels.min()), int(labels.voxels.max())
+    if low < 0 or high > count:
+        raise InputError(
+            f"{path}: the file is damaged, register again: its labels run from {low} to {high}, and result.json has "
+            f"{count} structures."
+        )
+    return labels
 
 
 def _read_step(value: Any, place: str) -> dict[str, Any]:

@@ -63,6 +63,39 @@ def test_a_result_comes_back_as_it_was(tmp_path):
     assert np.allclose(back.renderings_after, result.renderings_after)
 
 
+def test_what_carries_points_comes_back_and_earlier_folders_lack_it(tmp_path):
+    result = make_result(4)
+    folder = result.save(tmp_path / "out")
+    back = load_result(folder)
+    assert np.array_equal(back.structure_labels.voxels, result.structure_labels.voxels)
+    assert back.structure_labels.same_grid(result.structure_labels, 1e-3)
+    assert np.array_equal(back.inverse_transform.vectors, result.inverse_transform.vectors)
+    inverse = sitk.ReadTransform(str(folder / "inverse_transform.h5"))
+    assert np.allclose(
+        inverse.TransformPoint((9.0, -9.0, 7.0)), back.inverse_transform(np.array([9.0, -9, 7])), atol=1e-4
+    )
+    for name in FILES - {"report.png"}:
+        assert name.replace("0", "N").replace("1", "N") in (folder / "README.txt").read_text() + "README.txt"
+    (folder / "inverse_transform.h5").unlink()
+    (folder / "structures.nii.gz").unlink()
+    earlier = load_result(folder)
+    assert earlier.inverse_transform is None and earlier.structure_labels is None
+    earlier.save(tmp_path / "again")
+    assert not (tmp_path / "again" / "structures.nii.gz").exists()
+
+
+@pytest.mark.parametrize(("low", "high"), [(-1, 2), (0, 3)])
+def test_structures_that_result_json_does_not_list_are_refused(tmp_path, low, high):
+    result = make_result()
+    labels = result.structure_labels.voxels.copy()
+    labels[0, 0, :2] = low, high
+    result.save(tmp_path / "out")
+    image = sitk.GetImageFromArray(labels)
+    sitk.WriteImage(image, str(tmp_path / "out" / "structures.nii.gz"))
+    with pytest.raises(InputError, match=r"structures\.nii\.gz.*damaged"):
+        load_result(tmp_path / "out")
+
+
 def test_doubts_come_back_and_are_absent_where_there_are_none(tmp_path):
     result = make_result()
     doubts = ("metal hides it in X-ray 2", "only X-ray 1 shows it")
