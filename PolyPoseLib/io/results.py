@@ -46,6 +46,9 @@ VERSION = 1
 REPORT = "report.png"
 """The report's picture; a result may lack it."""
 
+XRAY_UNITS = 1000
+"""Of xray_N.nii.gz for a line integral of 1."""
+
 PAGE = "report.html"
 """The report as a page that opens offline; a result may lack it."""
 
@@ -96,6 +99,8 @@ def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: boo
             zip(result.renderings_after, result.cameras, strict=True)
         ):
             write_volume(_image_volume(rendering, camera), temporary / f"xray_{number}_drr.nii.gz")
+        for number, (image, camera) in enumerate(zip(result.xray_images, result.cameras, strict=False)):
+            write_volume(_image_volume(_thousandths(image), camera), temporary / f"xray_{number}.nii.gz")
         _write_report(result, temporary)
     return folder.folder
 
@@ -284,6 +289,7 @@ def load_result(folder: str | Path) -> Result:
         renderings_after=[
             read_volume(folder / f"xray_{number}_drr.nii.gz").voxels[0] for number in range(len(cameras))
         ],
+        xray_images=_read_xrays(folder, cameras),
     )
 
 
@@ -301,6 +307,26 @@ def _read_structure_labels(path: Path, count: int) -> Volume | None:
             f"{count} structures."
         )
     return labels
+
+
+def _read_xrays(folder: Path, cameras: list[CameraResult]) -> list[np.ndarray]:
+    """The X-rays as line integrals (H, W) float32; none where the folder is of an earlier version.
+
+    Raises InputError where only some are there, or one has not its camera's size.
+    """
+    paths = [folder / f"xray_{number}.nii.gz" for number in range(len(cameras))]
+    if not any(path.exists() for path in paths):
+        return []
+    images = []
+    for path, camera in zip(paths, cameras, strict=True):
+        image = read_volume(path).voxels[0].astype(np.float32) / XRAY_UNITS
+        if image.shape != (camera.height, camera.width):
+            raise InputError(
+                f"{path}: the X-ray has {image.shape[1]} x {image.shape[0]} pixels but its camera in result.json "
+                f"{camera.width} x {camera.height}: the folder is damaged, register again."
+            )
+        images.append(image)
+    return images
 
 
 def _read_step(value: Any, place: str) -> dict[str, Any]:
@@ -372,17 +398,22 @@ def _hounsfield(ct: Volume) -> Volume:
     return Volume(stored, ct.affine)
 
 
+def _thousandths(image: np.ndarray) -> np.ndarray:
+    """Line integrals as 16-bit integers, which is finer than an X-ray's noise; clipped to their range."""
+    return np.clip(np.rint(np.nan_to_num(image) * XRAY_UNITS), -32768, 32767).astype(np.int16)
+
+
 def _labels(labels: Volume) -> Volume:
     """Labels in the smallest unsigned type that holds them."""
     return Volume(labels.voxels.astype(np.min_scalar_type(int(labels.voxels.max()))), labels.affine)
 
 
 def _image_volume(image: np.ndarray, camera: CameraResult) -> Volume:
-    """A rendering as a volume of one slice with pixel spacing on the plane at unit focal length times 1000
+    """An image as a volume of one slice with pixel spacing on the plane at unit focal length times 1000
     mm.
 
     Pixels have no place in the patient's space; spacing keeps their aspect ratio for viewers.
     """
     focal = camera.intrinsics[0, 0], camera.intrinsics[1, 1]
     affine = np.diag([1000 / focal[0], 1000 / focal[1], 1.0, 1.0])
-    return Volume(np.asarray(image, dtype=np.float32)[None], affine)
+    return Volume(np.asarray(image, dtype=np.int16 if image.dtype == np.int16 else np.float32)[None], affine)

@@ -6,9 +6,10 @@ from pathlib import Path
 
 from PolyPoseLib.io.report.figure import draw_figure
 from PolyPoseLib.io.report.page import page_of
+from PolyPoseLib.io.report.pictures import overlay
 from PolyPoseLib.io.report.summary import Summary, summary_of
 
-__all__ = ["Summary", "draw_figure", "page_of", "summary_of", "write_page", "write_picture"]
+__all__ = ["Summary", "draw_figure", "overlay", "page_of", "summary_of", "write_page", "write_picture"]
 
 
 def write_picture(summary: Summary, path: str | Path) -> None:
