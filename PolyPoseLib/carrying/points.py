@@ -6,6 +6,7 @@ displacements from the X-rays to the CT, and the inverse of them, found at every
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,6 +79,27 @@ class PointCarrier:
         return CarriedPoints(
             moved.points, covariances, tuple(names[k] for k in moved.bone), in_grid(self._field, fixed)
         )
+
+    def bones_at(self, points: np.ndarray, to: str) -> list[str]:
+        """Name of the bone that moves each point (N, 3) of the frame from which it is carried, "" for none."""
+        moved = self._to_xray(points) if require_frame(to) == "xray" else self._to_ct(points)
+        return [self._names[k] if k >= 0 else "" for k in moved.bone]
+
+    def rigidly(
+        self, carried: CarriedPoints, points: np.ndarray, which: Sequence[int], name: str, to: str
+    ) -> CarriedPoints:
+        """Carried points of which some are moved by one bone, whether they lie in it or not.
+
+        carried: of ``points`` (N, 3); which: of them; name: the bone's.
+        """
+        frame, index, k = require_frame(to), list(which), self._names.index(name)
+        pose = self._poses[k]
+        out, covariances = carried.points.copy(), carried.covariances.copy()
+        out[index] = _apply(rigid_inverse(pose) if frame == "xray" else pose, points[index])
+        moving = points[index] if frame == "xray" else out[index]
+        covariances[index] = self._uncertainty.covariances(moving, np.full(len(index), k), frame)
+        moved_by = tuple(name if n in index else each for n, each in enumerate(carried.moved_by))
+        return CarriedPoints(out, covariances, moved_by, carried.inside)
 
     def move(self, points: np.ndarray, to: Frame) -> np.ndarray:
         """Points (N, 3) carried, without their uncertainty."""

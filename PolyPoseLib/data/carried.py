@@ -53,6 +53,33 @@ class CarriedPoints:
         return axes
 
 
+@dataclass(frozen=True)
+class CarriedMesh:
+    """A surface mesh in the frame to which it was carried.
+
+    Parameters
+    ----------
+    vertices : CarriedPoints
+        N of them.
+    faces : (M, 3) array of int
+        Indices of each triangle's vertices.
+
+    """
+
+    vertices: CarriedPoints
+    faces: np.ndarray
+
+
+def require_faces(faces: np.ndarray, count: int) -> np.ndarray:
+    """Triangles (M, 3) of ``count`` vertices; raises InputError for anything else."""
+    array = np.asarray(faces)
+    if array.ndim != 2 or array.shape[1] != 3 or not np.issubdtype(array.dtype, np.integer):
+        raise InputError(f"Faces must be whole numbers of shape (M, 3), not {array.dtype} of {array.shape}.")
+    if array.size and not 0 <= int(array.min()) <= int(array.max()) < count:
+        raise InputError(f"A face names a vertex that there is not: there are {count}, counted from 0.")
+    return array
+
+
 def require_points(points: np.ndarray) -> np.ndarray:
     """Points as a finite (N, 3) float64 array; raises InputError for anything else."""
     try:

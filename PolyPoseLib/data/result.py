@@ -16,7 +16,7 @@ from PolyPoseLib.geometry.camera import Camera
 
 if TYPE_CHECKING:
     from PolyPoseLib.carrying.points import PointCarrier
-    from PolyPoseLib.data.carried import CarriedPoints
+    from PolyPoseLib.data.carried import CarriedMesh, CarriedPoints
     from PolyPoseLib.data.displacement_field import DisplacementField
     from PolyPoseLib.data.volume import Volume
 
@@ -220,11 +220,70 @@ class Result:
             Other shapes or numbers, or a result of an earlier version, which has no label map of its structures.
 
         """
+        return self.point_carrier()(points, to)
+
+    def transform_mesh(self, vertices: np.ndarray, faces: np.ndarray, to: str = "xray") -> CarriedMesh:
+        """Carry a surface mesh between the CT and the patient as X-rayed.
+
+        Parameters
+        ----------
+        vertices : (N, 3) array
+            LPS mm.
+        faces : (M, 3) array of int
+            Indices of each triangle's vertices.
+        to : {"xray", "ct"}
+            As for :meth:`transform_points`.
+
+        Returns
+        -------
+        CarriedMesh
+            The carried vertices, each with its covariance and what moved it, and the faces as they were.
+
+        Raises
+        ------
+        InputError
+            As :meth:`transform_points`, and for faces of vertices that there are not.
+
+        """
+        from PolyPoseLib.data.carried import CarriedMesh, require_faces
+
+        kept = require_faces(faces, len(vertices))
+        return CarriedMesh(self.transform_points(vertices, to), kept)
+
+    def transform_image(self, volume: Volume, to: str = "xray", labels: bool = False) -> Volume:
+        """Carry an image or a label map between the CT and the patient as X-rayed, by the dense transform.
+
+        Parameters
+        ----------
+        volume : Volume
+            Anything in the other frame: an image, a dose, labels.
+        to : {"xray", "ct"}
+            As for :meth:`transform_points`.
+        labels : bool
+            Whether the values are labels, which are never mixed.
+
+        Returns
+        -------
+        Volume
+            On the volume's own grid and of its type; its lowest value (0 for labels) where nothing came to lie.
+
+        Raises
+        ------
+        InputError
+            Labels that are not whole numbers.
+
+        """
+        from PolyPoseLib.carrying.images import carry_volume
+
+        return carry_volume(self, volume, to, labels)
+
+    def point_carrier(self) -> PointCarrier:
+        """What carries this result's points, prepared once; raises InputError as :meth:`transform_points`."""
         if self._carrier is None:
             from PolyPoseLib.carrying.points import PointCarrier
 
             self._carrier = PointCarrier(self)
-        return self._carrier(points, to)
+        return self._carrier
 
 
 def installed_versions() -> dict[str, str]:
