@@ -85,7 +85,7 @@ def _save_without_large_files(result: Result, folder: Path) -> str:
 
 
 def _listed(names: list[str]) -> str:
-    """ "a", "a and b", "a, b and c" """
+    """Names in a sentence, the last one after "and"."""
     return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
 
 

@@ -24,7 +24,7 @@ warped_ct.nii.gz       the CT in the posture of the X-rays
 warped_labels.nii.gz   the study's label map likewise
 xray_N_drr.nii.gz      the final rendering of X-ray N, counted from 0
 xray_N.nii.gz          the X-ray as it was compared: line integrals times 1000, as seen from the source
-report.html            outlines of the bones on the X-rays, motions, intervals and reasons: opens in any browser, offline
+report.html            outlines of the bones on the X-rays, motions, intervals and reasons; opens in a browser, offline
 report.png             the same in one picture
 
 Both transforms are smooth and interpolated between nodes some millimetres apart. At joint surfaces they differ from the

@@ -131,7 +131,7 @@ def _bytes_of(result: Result) -> float:
 
 def _expected(voxels: int, nodes: int, pixels: int) -> float:
     """Bytes on the disk: measured on real CTs, whose noise takes 0.9 to 1.2 bytes per voxel when compressed."""
-    return 1.25 * voxels + 48 * nodes + 3.5 * pixels + 2e6
+    return 1.25 * voxels + 48 * nodes + 6 * pixels + 3.5e6
 
 
 def _write_fields(result: Result, folder: Path) -> None:

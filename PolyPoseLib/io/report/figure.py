@@ -42,8 +42,8 @@ MOST_TILES, MOST_PANELS, MOST_NOTES, MOST_ROWS = 24, 18, 12, 60
 """The rest is in report.html."""
 
 _KEY = (
-    "Lines: orange, dashed = before; blue = after; pink = after, uncertain; yellow = the anchor. Overlays: magenta = X-ray "
-    "only, green = CT only, grey = both agree (contrast made equal)."
+    "Lines: orange, dashed = before; blue = after; pink = after, uncertain; yellow = the anchor. Overlays: magenta = "
+    "X-ray only, green = CT only, grey = both agree (contrast made equal)."
 )
 
 
@@ -98,13 +98,20 @@ class _Layout:
         self._width, self._height = (float(each) for each in figure.get_size_inches())
         self.top = 0.15
 
-    def text(self, text: str, size: float, colour: str = INK, weight: str = "normal", gap: float = 0.05) -> None:
+    def text(
+        self, text: str, size: float, colour: str = INK, weight: str = "normal", gap: float = 0.05
+    ) -> None:
         """Write a text below what is there, in as many lines as it needs."""
-        for line in textwrap.wrap(text, int((_RIGHT - _LEFT) * 145 / size), break_long_words=True) or [""]:
-            self.figure.text(
+        for line in textwrap.wrap(text, int((_RIGHT - _LEFT) * 136 / size), break_long_words=True) or [""]:
+            drawn = self.figure.text(
                 _LEFT / self._width, 1 - self.top / self._height, line, fontsize=size, color=colour, weight=weight,
                 va="top",
             )  # fmt: skip
+            _take_literally(drawn)
+            width = drawn.get_window_extent().width / self.figure.dpi
+            drawn.set_fontsize(
+                size * min(1.0, (_RIGHT - _LEFT) / max(width, 1e-6))
+            )  # letters may all be wide
             self.top += size / 72 * 1.35
         self.top += gap
 
@@ -113,7 +120,12 @@ class _Layout:
         width = (_RIGHT - _LEFT - gap * (columns - 1)) / columns
         left = _LEFT + column * (width + gap)
         return self.figure.add_axes(
-            (left / self._width, 1 - (self.top + height) / self._height, width / self._width, height / self._height)
+            (
+                left / self._width,
+                1 - (self.top + height) / self._height,
+                width / self._width,
+                height / self._height,
+            )
         )
 
     def skip(self, height: float) -> None:
@@ -175,7 +187,9 @@ def _close_ups(layout: _Layout, summary: Summary) -> None:
         return
     shown = {tile.bone.name for tile in tiles}
     wanted = [bone.name for bone in summary.bones if not bone.still]
-    more = f" {len(shown)} of {len(wanted)}; the others are in report.html." if len(shown) < len(wanted) else ""
+    more = (
+        f" {len(shown)} of {len(wanted)}; the others are in report.html." if len(shown) < len(wanted) else ""
+    )
     layout.text(f"Every moving bone, close up.{more}", 11, weight="bold", gap=0.02)
     side = _column_width(_TILES)
     by_name = {bone.name: bone for bone in summary.bones}
@@ -209,7 +223,11 @@ def _panels(layout: _Layout, summary: Summary) -> None:
         return
     layout.skip(0.15)
     left_out = len(summary.curves) - len(curves)
-    more = f" The last {len(curves)} levels; {count(left_out, 'more is', 'more are')} in report.html." if left_out else ""
+    more = (
+        f" The last {len(curves)} levels; {count(left_out, 'more is', 'more are')} in report.html."
+        if left_out
+        else ""
+    )
     layout.text(f"Similarity, level by level.{more}", 11, weight="bold", gap=0.02)
     layout.text(SIMILARITY, 8.5, MUTED)
     for start in range(0, len(curves), _PANELS):

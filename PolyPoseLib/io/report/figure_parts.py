@@ -21,7 +21,13 @@ TONES = {"good": "#1f7a3d", "caution": "#8a5a00", "bad": "#b3261e"}
 
 BEFORE_COLOUR, AFTER_COLOUR, FLAGGED_COLOUR, ANCHOR_COLOUR = "#ff9e3d", "#35d6ff", "#ff5c93", "#ffe066"
 
-_TITLES = ("before: bones as in the CT", "after: bones as found", "CT rendered after", "overlay before", "overlay after")
+_TITLES = (
+    "before: bones as in the CT",
+    "after: bones as found",
+    "CT rendered after",
+    "overlay before",
+    "overlay after",
+)
 HEADER_ROWS = 1.6
 """Height of the table's header in rows."""
 
@@ -46,7 +52,9 @@ def draw_view(axes: list[Axes], view: ReportView, first: bool) -> None:
             place.set_title(title, fontsize=10, color=INK, pad=5)
     name = textwrap.shorten(view.name, _LONGEST, placeholder="...") or one_line(view.name)[:_LONGEST]
     similarity = number(view.similarity, 3)
-    axes[0].set_ylabel(name if similarity == UNKNOWN else f"{name}\nsimilarity {similarity}", fontsize=9, color=INK)
+    axes[0].set_ylabel(
+        name if similarity == UNKNOWN else f"{name}\nsimilarity {similarity}", fontsize=9, color=INK
+    )
 
 
 def draw_close_up(place: Axes, tile: CloseUp, bone: BoneLine) -> None:
@@ -54,7 +62,11 @@ def draw_close_up(place: Axes, tile: CloseUp, bone: BoneLine) -> None:
     picture = tile.view.picture
     if picture is not None:
         slope, offset = window(tile.part)
-        _show(place, np.clip(slope * picture.astype(np.float32) + 255 * offset, 0, 255).astype(np.uint8), tile.view.shape)
+        _show(
+            place,
+            np.clip(slope * picture.astype(np.float32) + 255 * offset, 0, 255).astype(np.uint8),
+            tile.view.shape,
+        )
     else:
         _show(place, None, tile.view.shape)
     _draw_outline(place, tile.bone, before=True, after=True)
@@ -77,7 +89,12 @@ def draw_close_up(place: Axes, tile: CloseUp, bone: BoneLine) -> None:
 def draw_curve(place: Axes, curve: LevelCurve) -> None:
     """The similarity during one level."""
     place.plot(
-        np.arange(1, len(curve.values) + 1), curve.values, color="#2563a8", linewidth=1.5, marker="o", markersize=2.5
+        np.arange(1, len(curve.values) + 1),
+        curve.values,
+        color="#2563a8",
+        linewidth=1.5,
+        marker="o",
+        markersize=2.5,
     )
     place.set_ylim(*curve.limits)
     title = textwrap.shorten(curve.title, 30, placeholder="...") or curve.title[:30]
@@ -153,7 +170,9 @@ def _draw_lines(place: Axes, polygons: Polygons, colour: str, width: float, dash
 
     lines = [np.concatenate([each, each[:1]]) for each in polygons]
     style = (0, (4, 2)) if dashed else "solid"
-    place.add_collection(LineCollection(lines, colors=colour, linewidths=width, linestyles=[style]), autolim=False)
+    place.add_collection(
+        LineCollection(lines, colors=colour, linewidths=width, linestyles=[style]), autolim=False
+    )
 
 
 def _draw_names(place: Axes, view: ReportView, before: bool) -> None:

@@ -110,7 +110,11 @@ def _images(views: list[ReportView], view: ReportView, rendering: str) -> list[t
 def _views(summary: Summary) -> str:
     parts = ["<section><h2>X-rays with the outlines of the bones</h2>", element("p", BEFORE), _key(summary)]
     for view in summary.views:
-        parts += [element("h3", view.name), element("p", similarity_text(view), "muted"), '<div class="pair">']
+        parts += [
+            element("h3", view.name),
+            element("p", similarity_text(view), "muted"),
+            '<div class="pair">',
+        ]
         for when, caption in (("before", "Before: bones as in the CT"), ("after", "After: bones as found")):
             before = when == "before"
             drawn = outlines(view.outlines, before, not before) + names(view, before)
@@ -130,10 +134,13 @@ def _key(summary: Summary) -> str:
         ('<b class="before">orange, dashed</b> before', kinds & {"moving", "flagged"}),
         ('<b class="after">blue</b> after', "moving" in kinds),
         ('<b class="flagged">pink</b> after, uncertain', "flagged" in kinds),
-        (f'<b class="anchor">yellow</b> the anchor {escaped(_anchor(summary))}, which does not move', "anchor" in kinds),
+        (
+            f'<b class="anchor">yellow</b> the anchor {escaped(_anchor(summary))}, which does not move',
+            "anchor" in kinds,
+        ),
     ]
     lines = ", ".join(text for text, there in words if there)
-    judge = "A line after must lie on the edge of its bone in every X-ray; so must the anchor's, or the camera is wrong."
+    judge = "Lines after must lie on the edges of their bones in every X-ray; where the anchor's do not, the camera is off."
     return f'<p class="key">Lines: {lines}. {escaped(judge)}</p>'
 
 
@@ -152,7 +159,7 @@ def _overlays(view: ReportView) -> str:
             )
     if not figures:
         return ""
-    key = "Magenta shows in the X-ray only, green in the CT only, grey where both agree; the contrast is made equal everywhere."
+    key = "Magenta: in the X-ray only; green: in the CT only; grey: both agree. The contrast is made equal everywhere."
     return (
         f"<details><summary>X-ray and rendered CT over each other</summary>{element('p', key)}"
         f'<div class="pair">{"".join(figures)}</div></details>'
@@ -174,7 +181,9 @@ def _bones(summary: Summary) -> str:
     parts = ["<section><h2>Every moving bone, close up</h2>"]
     for bone in moving:
         parts += [element("h3", bone.name), element("p", f"{bone.motion} {bone.interval}")]
-        parts += [element("p", f"Uncertain: {'; '.join(bone.doubts)}.", "caution note")] if bone.doubts else []
+        parts += (
+            [element("p", f"Uncertain: {'; '.join(bone.doubts)}.", "caution note")] if bone.doubts else []
+        )
         found = close_ups(summary.views, bone.name)
         if not found:
             why = "It shows in no X-ray." if any(view.outlines for view in summary.views) else ""
@@ -190,7 +199,9 @@ def _close_up(summary: Summary, each: CloseUp) -> str:
     """One bone in one view, with the contrast of that part."""
     images = _images(summary.views, each.view, "after")
     label = f"{each.bone.name} in {each.view.name}, close up: outlines before and after"
-    identity = f"{images[0][0]}-{next(n for n, bone in enumerate(summary.bones) if bone.name == each.bone.name)}"
+    identity = (
+        f"{images[0][0]}-{next(n for n, bone in enumerate(summary.bones) if bone.name == each.bone.name)}"
+    )
     stretch = contrast(identity, *window(each.part))
     shown = picture(label, each.box, images, stretch + outlines([each.bone], True, True), identity)
     return f"<figure>{shown}{element('figcaption', each.view.name)}</figure>"

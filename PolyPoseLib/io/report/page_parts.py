@@ -30,7 +30,9 @@ def table(caption: str, header: Sequence[str], rows: Iterable[Sequence[str]]) ->
     """A table whose first column names the rows; texts are escaped here."""
     head = "".join(f'<th scope="col">{escaped(each)}</th>' for each in header)
     body = "".join(
-        f'<tr><th scope="row">{escaped(row[0])}</th>' + "".join(element("td", each) for each in row[1:]) + "</tr>"
+        f'<tr><th scope="row">{escaped(row[0])}</th>'
+        + "".join(element("td", each) for each in row[1:])
+        + "</tr>"
         for row in rows
     )
     return (

@@ -8,8 +8,10 @@ h1{font-size:1.7rem;margin:1.2rem 0 .4rem}h2{font-size:1.3rem;margin:2rem 0 .5re
 h3{font-size:1.08rem;margin:1.2rem 0 .4rem;overflow-wrap:anywhere}p{margin:.4rem 0;max-width:75em}
 .verdict{font-size:1.1rem;font-weight:600;padding:.6rem .9rem;border-left:.5rem solid;border-radius:.2rem}
 .good{background:#e6f4ea;border-color:#1f7a3d;color:#14532a}
-.caution{background:#fff4d6;border-color:#b07500;color:#5f3f00}.bad{background:#fde7e5;border-color:#b3261e;color:#7c1610}
-.note{padding:.4rem .8rem;border-left:.3rem solid}ul.notes{list-style:none;padding:0}ul.notes li{margin:.3rem 0;padding:.4rem .8rem;border-left:.3rem solid;
+.caution{background:#fff4d6;border-color:#b07500;color:#5f3f00}
+.bad{background:#fde7e5;border-color:#b3261e;color:#7c1610}
+.note{padding:.4rem .8rem;border-left:.3rem solid}ul.notes{list-style:none;padding:0}
+ul.notes li{margin:.3rem 0;padding:.4rem .8rem;border-left:.3rem solid;
 overflow-wrap:anywhere}
 .muted{color:#55606c}
 .controls{position:sticky;top:0;z-index:1;background:#f4f6f8f2;border-bottom:1px solid #d5dbe1;padding:.5rem 0;
@@ -30,7 +32,8 @@ path.before{stroke:#ff9e3d;stroke-dasharray:5 3}path.after{stroke:#35d6ff}path.f
 path.anchor{stroke:#ffe066;stroke-width:1.2}
 .key b{font-weight:600;background:#2b333b;padding:0 .4em;border-radius:.2em}
 .key .before{color:#ff9e3d}.key .after{color:#35d6ff}.key .flagged{color:#ff5c93}.key .anchor{color:#ffe066}
-svg text{font-family:inherit}.names text{fill:#fff;stroke:#000;stroke-width:.18em;paint-order:stroke;text-anchor:middle}
+svg text{font-family:inherit}
+.names text{fill:#fff;stroke:#000;stroke-width:.18em;paint-order:stroke;text-anchor:middle}
 .blend{opacity:var(--blend)}
 .no-before path.before,.no-after path.after,.no-anchor path.anchor,.no-names .names{display:none}
 .wide{overflow-x:auto}table{border-collapse:collapse;font-size:.92rem}caption{text-align:left;padding:.3rem 0}

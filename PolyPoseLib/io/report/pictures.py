@@ -29,7 +29,7 @@ def grey(image: np.ndarray, mask: np.ndarray | None = None) -> np.ndarray:
     kept = image[mask] if mask is not None and mask.any() else image
     low, high = np.percentile(kept, (1, 99.8))
     share = np.clip((image - low) / max(high - low, 1e-6), 0, 1)
-    return (255 * share**_gamma(share if mask is None else share[mask])).astype(np.uint8)
+    return (255 * share ** _gamma(share if mask is None else share[mask])).astype(np.uint8)
 
 
 def _gamma(shares: np.ndarray) -> float:

@@ -12,7 +12,7 @@ from PolyPoseLib.io.report.words import BoneLine, Headline, bone_lines, facts, h
 
 @dataclass(frozen=True)
 class Summary:
-    """headline, facts: the first lines; notes: reasons and warnings with their tones; bones, views, curves: the body."""
+    """headline, facts: first lines; notes: reasons and warnings, each with its tone; bones, views, curves: the rest."""
 
     headline: Headline
     facts: str

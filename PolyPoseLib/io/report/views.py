@@ -93,7 +93,9 @@ class CloseUp:
         """The shown picture inside the box, (h, w) uint8; a black pixel where there is no picture."""
         column, row, width, height = (round(each) for each in self.box)
         picture = np.zeros((1, 1), np.uint8) if self.view.picture is None else self.view.picture
-        return picture[max(row, 0) : max(row, 0) + max(height, 1), max(column, 0) : max(column, 0) + max(width, 1)]
+        return picture[
+            max(row, 0) : max(row, 0) + max(height, 1), max(column, 0) : max(column, 0) + max(width, 1)
+        ]
 
 
 def report_views(result: Result) -> list[ReportView]:
@@ -125,7 +127,9 @@ def name_places(view: ReportView, before: bool, size: float) -> dict[str, tuple[
             points = max(lines, key=len)
             column, row = (points.min(axis=0) + points.max(axis=0)) / 2
             half = 0.32 * size * len(bone.name)
-            column = float(np.clip(column, min(half, view.shape[1] / 2), max(view.shape[1] - half, view.shape[1] / 2)))
+            column = float(
+                np.clip(column, min(half, view.shape[1] / 2), max(view.shape[1] - half, view.shape[1] / 2))
+            )
             wanted.append((float(row), column, half, bone.name))
     places: dict[str, tuple[float, float]] = {}
     taken: list[tuple[float, float, float]] = []
@@ -154,7 +158,12 @@ def _view(result: Result, number: int, side: int, outlines: tuple[BoneOutline, .
     camera: CameraResult = result.cameras[number]
     xray, before, after, mask = (
         _at(images, number)
-        for images in (result.xray_images, result.renderings_before, result.renderings_after, result.xray_masks)
+        for images in (
+            result.xray_images,
+            result.renderings_before,
+            result.renderings_after,
+            result.xray_masks,
+        )
     )
 
     def shown(image: np.ndarray | None, masked: bool = False) -> np.ndarray | None:
@@ -172,7 +181,9 @@ def _view(result: Result, number: int, side: int, outlines: tuple[BoneOutline, .
 
     name = camera.name or view_name(number)
     pictures = shown(xray, masked=True), shown(before), shown(after)
-    shape = next((each.shape for each in (pictures[0], pictures[2]) if each is not None), (camera.height, camera.width))
+    shape = next(
+        (each.shape for each in (pictures[0], pictures[2]) if each is not None), (camera.height, camera.width)
+    )
     return ReportView(name, camera.similarity, shape, *pictures, over(before), over(after), outlines)
 
 
@@ -209,4 +220,3 @@ def _kind(result: Result, name: str) -> str:
     if is_still(result, name):
         return "anchor"
     return "flagged" if result.structures[name].doubts else "moving"
-

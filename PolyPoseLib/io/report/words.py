@@ -27,8 +27,8 @@ SIMILARITY = (
 )
 
 INTERVALS = (
-    "Motions are from the CT to the X-rays, of the bone's centroid, relative to the anchor. Intervals are 95 %, along and "
-    "across the common viewing direction of the X-rays."
+    "Motions are from the CT to the X-rays, of the bone's centroid, relative to the anchor. Intervals are 95 %, along "
+    "and across the common viewing direction of the X-rays."
 )
 
 ONE_DIRECTION_DEG = 20.0
@@ -80,8 +80,8 @@ CELLS = (
 """Headings of a bone's cells and then of its intervals."""
 
 CELLS_MEAN = (
-    "± along and ± across: 95 % interval of the position along and across the common viewing direction; ± about and ± tilt: "
-    "of the rotation about that direction, and about the axes across it. A negative number points the other way."
+    "± along and ± across: 95 % interval of the position along and across the common viewing direction; ± about and "
+    "± tilt: of the rotation about that direction, and about the axes across it. Negative numbers point the other way."
 )
 
 UNKNOWN = "-"
@@ -96,7 +96,7 @@ def number(value: float, digits: int = 1, signed: bool = False) -> str:
 
 
 def count(items: int, what: str, plural: str | None = None) -> str:
-    """ "1 X-ray", "2 X-rays" """
+    """A number of things, such as 1 X-ray or 2 X-rays."""
     return f"{items} {what if items == 1 else plural or what + 's'}"
 
 
@@ -170,7 +170,11 @@ def notes(result: Result) -> list[tuple[str, str]]:
 
 def _bone_line(result: Result, name: str, bone: StructureResult) -> BoneLine:
     if is_still(result, name):
-        why = "The anchor: it defines the cameras and does not move." if name == result.anchor else "It does not move."
+        why = (
+            "The anchor: it defines the cameras and does not move."
+            if name == result.anchor
+            else "It does not move."
+        )
         return BoneLine(name, True, (UNKNOWN,) * 5, (UNKNOWN,) * 4, why, "", bone.doubts)
     shift = np.asarray(bone.translation_mm, dtype=np.float64)
     distance = float(np.linalg.norm(shift))
@@ -189,7 +193,11 @@ def _bone_line(result: Result, name: str, bone: StructureResult) -> BoneLine:
     return BoneLine(name, False, cells, intervals, motion, _interval_words(intervals), bone.doubts)
 
 
-_DIRECTIONS = (("to the left", "to the right"), ("to the back", "to the front"), ("to the head", "to the feet"))
+_DIRECTIONS = (
+    ("to the left", "to the right"),
+    ("to the back", "to the front"),
+    ("to the head", "to the feet"),
+)
 
 
 def _interval_cells(uncertainty: Mapping[str, Any] | None) -> tuple[str, ...]:
