@@ -88,6 +88,8 @@ def draw_close_up(place: Axes, tile: CloseUp, bone: BoneLine) -> None:
 
 def draw_curve(place: Axes, curve: LevelCurve) -> None:
     """The similarity during one level."""
+    from matplotlib.ticker import MaxNLocator
+
     place.plot(
         np.arange(1, len(curve.values) + 1),
         curve.values,
@@ -101,7 +103,7 @@ def draw_curve(place: Axes, curve: LevelCurve) -> None:
     place.set_title(f"{title}\n{curve.summary}", fontsize=8, color=INK, loc="left", pad=3)
     place.ticklabel_format(axis="y", useOffset=False)
     place.locator_params(axis="y", nbins=3)
-    place.xaxis.get_major_locator().set_params(integer=True, nbins=4)
+    place.xaxis.set_major_locator(MaxNLocator(4, integer=True))
     place.tick_params(labelsize=7, colors=MUTED, length=2)
     place.set_xlabel("iteration", fontsize=7.5, color=MUTED, labelpad=1)
     place.grid(True, linewidth=0.4, alpha=0.5)
@@ -111,6 +113,8 @@ def draw_curve(place: Axes, curve: LevelCurve) -> None:
 
 def draw_motions(place: Axes, bones: list[BoneLine]) -> None:
     """The table of motions and intervals, which fills the axes."""
+    from matplotlib.transforms import Bbox
+
     place.set_axis_off()
     header = ["bone", *(each.replace(" (", "\n(") for each in CELLS), "reasons for doubt"]
     rows = [
@@ -123,7 +127,9 @@ def draw_motions(place: Axes, bones: list[BoneLine]) -> None:
         for bone in bones
     ]
     widths = [0.15, *[0.068] * 9, 0.238]
-    drawn = place.table(rows, colLabels=header, colWidths=widths, bbox=(0, 0, 1, 1), edges="horizontal")
+    drawn = place.table(
+        rows, colLabels=header, colWidths=widths, bbox=Bbox([[0, 0], [1, 1]]), edges="horizontal"
+    )
     drawn.auto_set_font_size(False)
     drawn.set_fontsize(8.5)
     for (row, column), cell in drawn.get_celld().items():

@@ -59,13 +59,13 @@ def level_curves(history: Iterable[Mapping[str, Any]]) -> list[LevelCurve]:
     Results of earlier versions do not name levels; there, a level begins where iterations are skipped or start anew.
     """
     runs: list[tuple[tuple[str, Any], list[float]]] = []
-    previous: tuple[tuple[str, Any], Any] | None = None
+    previous: tuple[Any, Any] = (None, None)
     for step in history:
         stage, value = str(step.get("stage", "")), step.get("similarity")
         if stage == "done":
             continue
         key, at = (stage, step.get("level_mm")), step.get("iteration")
-        goes_on = previous is not None and previous[0] == key
+        goes_on = previous[0] == key
         if goes_on and key[1] is None and isinstance(at, int) and isinstance(previous[1], int):
             goes_on = at == previous[1] + 1
         if not goes_on:

@@ -140,7 +140,7 @@ def _key(summary: Summary) -> str:
         ),
     ]
     lines = ", ".join(text for text, there in words if there)
-    judge = "Lines after must lie on the edges of their bones in every X-ray; where the anchor's do not, the camera is off."
+    judge = "Lines after must lie on the edges of their bones; where the anchor's do not, the camera is off."
     return f'<p class="key">Lines: {lines}. {escaped(judge)}</p>'
 
 
