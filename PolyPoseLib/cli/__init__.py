@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from importlib import import_module
 from types import ModuleType
 
-ORDER = ("register", "cameras", "train", "structures", "simulate", "evaluate", "sample", "demo")
+ORDER = ("register", "cameras", "train", "structures", "simulate", "evaluate", "dicom", "sample", "demo")
 """Order in the help; a module that is not listed comes last."""
 
 
