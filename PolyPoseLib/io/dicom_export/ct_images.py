@@ -72,11 +72,13 @@ def write_warped(
 
 def write_converted(export: Export, volume: Volume, series: Series, folder: Path) -> list[Dataset]:
     """Write a CT that never was DICOM, as the series that the export calls its source; as ``write_warped``."""
+    from pydicom.uid import UID
+
     upwards = export.source.is_ascending(volume)
 
     def complete(made: Dataset, k: int) -> None:
         image = export.source.images[k if upwards else -1 - k]
-        made.SOPInstanceUID = made.file_meta.MediaStorageSOPInstanceUID = image.sop_instance
+        made.SOPInstanceUID = made.file_meta.MediaStorageSOPInstanceUID = UID(image.sop_instance)
         made.ImageType = ["DERIVED", "SECONDARY", "AXIAL"]
         made.DerivationDescription = "Converted from a file that names no patient"
 
@@ -91,6 +93,8 @@ def _write(
     kind: tuple[str, Callable[[Dataset, int], None]],
 ) -> list[Dataset]:
     """Write every slice; kind: the frame of reference, and what completes a slice of number k."""
+    from pydicom.dataset import Dataset
+
     frame, complete = kind
     shared, origin = _shared(export, volume), volume.affine[:3, 3]
     rows, columns = _cosines(volume.affine)
@@ -102,8 +106,10 @@ def _write(
         complete(made, k)
         position = origin + k * volume.affine[:3, 2]
         made.ImagePositionPatient = decimals(np.round(position, 6))
-        made.SliceLocation = decimals([position @ normal])[0]
-        headers.append(made.copy())
+        made.SliceLocation = decimals([float(position @ normal)])[0]
+        header = Dataset()
+        header.update(made)
+        headers.append(header)
         pixels = hounsfield_integers(Volume(section[None], volume.affine)).voxels[0]
         made.PixelData = np.ascontiguousarray(pixels.astype("<i2")).tobytes()
         made["PixelData"].VR = "OW"
@@ -116,13 +122,11 @@ def _shared(export: Export, volume: Volume) -> Dataset:
     from pydicom.dataset import Dataset
 
     shared = Dataset()
-    for keyword in ("AcquisitionNumber", "KVP"):
-        setattr(shared, keyword, None)
+    shared.AcquisitionNumber = shared.KVP = None
+    shared.PatientPosition = ""
     shared.update(export.acquisition)
     shared.ContentDate, shared.ContentTime = export.date, export.time
     shared.ImageComments = export.note
-    if "PatientPosition" not in export.region:
-        shared.PatientPosition = ""
     spacing = np.round(volume.spacing, 6)
     shared.ImageOrientationPatient = decimals(np.concatenate(_cosines(volume.affine)))
     shared.PixelSpacing = decimals(spacing[[1, 0]])

@@ -14,7 +14,15 @@ import numpy as np
 from PolyPoseLib import __version__
 from PolyPoseLib.io.dicom import quiet_pydicom, raw_value
 from PolyPoseLib.io.dicom_export.source import SourceSeries, new_uid
-from PolyPoseLib.io.dicom_export.taken_over import ACQUISITION, PATIENT, REGION, REQUIRED, SCANNER, taken_over
+from PolyPoseLib.io.dicom_export.taken_over import (
+    ACQUISITION,
+    PAIRED_PARTS,
+    PATIENT,
+    REGION,
+    REQUIRED,
+    SCANNER,
+    taken_over,
+)
 
 if TYPE_CHECKING:
     from pydicom.dataset import Dataset
@@ -94,8 +102,12 @@ class Export:
 
     @cached_property
     def region(self) -> Dataset:
-        """Body part and position of the patient."""
-        return taken_over(self.source.header, REGION)
+        """Body part; the side is empty where there may be one that is not known, and absent where there is none."""
+        found = taken_over(self.source.header, REGION)
+        part = str(found.get("BodyPartExamined") or "")
+        if "Laterality" not in found and (not part or part in PAIRED_PARTS):
+            found.Laterality = ""
+        return found
 
     @cached_property
     def acquisition(self) -> Dataset:
@@ -159,7 +171,8 @@ class Export:
         made.Manufacturer = made.ManufacturerModelName = MAKER
         made.SoftwareVersions = made.DeviceSerialNumber = __version__
         made.FrameOfReferenceUID, made.PositionReferenceIndicator = frame, ""
-        made.ContributingEquipmentSequence = self._equipment()
+        if self.scanner.get("Manufacturer"):
+            made.ContributingEquipmentSequence = [self._acquired_by()]
         return made
 
     @property
@@ -172,16 +185,14 @@ class Export:
         """When it was made, as DICOM has times."""
         return self.made.strftime("%H%M%S")
 
-    def _equipment(self) -> list[Dataset]:
-        """The scanner, where it is known."""
+    def _acquired_by(self) -> Dataset:
+        """The scanner as an item."""
         from pydicom.dataset import Dataset
 
-        if not self.scanner.get("Manufacturer"):
-            return []
         item = Dataset()
         item.update(self.scanner)
         item.PurposeOfReferenceCodeSequence = [coded("109101", "DCM", "Acquisition Equipment")]
-        return [item]
+        return item
 
 
 def coded(value: str, scheme: str, meaning: str) -> Dataset:

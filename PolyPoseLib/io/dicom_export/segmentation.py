@@ -20,6 +20,8 @@ from PolyPoseLib.io.dicom_export.segment_codes import ANATOMY, Coded, segment_co
 from PolyPoseLib.io.dicom_export.source import new_uid
 
 if TYPE_CHECKING:
+    from highdicom.seg import SegmentDescription
+    from highdicom.sr import CodedConcept
     from pydicom.dataset import Dataset
 
 LONGEST_NAME = 64
@@ -131,21 +133,24 @@ def segmentation(
                 content_description="Labels of the CT, carried along",
                 content_label="WARPED_LABELS",
                 series_description=series.description,
+                specific_character_set=None,  # highdicom does not know all; text is encoded when it is written
             )
         except (ValueError, TypeError, AttributeError, KeyError):
             raise InputError(
                 "The CT's header does not suffice for a DICOM segmentation: export the CT from the archive again, or "
                 "leave the segmentation out."
             ) from None
-        made.SeriesDate, made.SeriesTime = export.date, export.time
+        if export.character_set is not None:
+            made.SpecificCharacterSet = export.character_set
+        made.add_new("SeriesDate", "DA", export.date)
+        made.add_new("SeriesTime", "TM", export.time)
         made.update(export.region)
-        if "PatientPosition" in made:
-            del made.PatientPosition
+        made.pop("Laterality", None)  # not of segmentations: each segment has its own
         made.DerivationDescription = DERIVATION
         return made
 
 
-def _description(number: int, segment: Segment) -> Dataset:
+def _description(number: int, segment: Segment) -> SegmentDescription:
     """A segment's name, code and origin."""
     from highdicom import AlgorithmIdentificationSequence
     from highdicom.seg import SegmentDescription
@@ -169,7 +174,7 @@ def _description(number: int, segment: Segment) -> Dataset:
     return made
 
 
-def _concept(code: Coded) -> Dataset:
+def _concept(code: Coded) -> CodedConcept:
     """A code as highdicom takes it."""
     from highdicom.sr import CodedConcept
 

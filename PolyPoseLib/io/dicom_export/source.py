@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -157,6 +158,8 @@ def placeholder_source(patient_id: str, ct: Volume) -> SourceSeries:
         header.SpecificCharacterSet = "ISO_IR 192"
     header.PatientID, header.PatientName = patient_id.strip(), "PLACEHOLDER^POLYPOSE"
     header.StudyDescription = "PolyPose: CT was not DICOM, patient unknown"
+    now = datetime.datetime.now()
+    header.StudyDate, header.StudyTime, header.StudyID = now.strftime("%Y%m%d"), now.strftime("%H%M%S"), "1"
     header.SOPClassUID = CT_IMAGE
     for keyword in ("StudyInstanceUID", "SeriesInstanceUID", "FrameOfReferenceUID"):
         setattr(header, keyword, new_uid())

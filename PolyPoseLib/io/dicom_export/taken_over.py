@@ -38,13 +38,19 @@ PATIENT = (
 )  # fmt: skip
 """Patient, Clinical Trial, General Study and Patient Study modules (PS3.3 C.7.1, C.7.2)."""
 
-REGION = ("BodyPartExamined", "AnatomicRegionSequence", "Laterality", "PatientPosition")
-"""Where in the body, and how the patient lay (PS3.3 C.7.3.1)."""
+REGION = ("BodyPartExamined", "AnatomicRegionSequence", "Laterality")
+"""Where in the body (PS3.3 C.7.3.1)."""
+
+PAIRED_PARTS = (
+    "ANKLE", "ARM", "CALCANEUS", "CLAVICLE", "ELBOW", "EXTREMITY", "FEMUR", "FOOT", "FOREARM", "HAND", "HIP", "HUMERUS",
+    "KNEE", "LEG", "SCAPULA", "SHOULDER", "THIGH", "WRIST",
+)  # fmt: skip
+"""Values of Body Part Examined (PS3.16 L) of which people have two."""
 
 ACQUISITION = (
-    "AcquisitionDate", "AcquisitionTime", "AcquisitionNumber", "KVP", "ContrastBolusAgent", "ContrastBolusRoute",
-    "ReconstructionDiameter", "ConvolutionKernel", "WindowCenter", "WindowWidth", "LossyImageCompression",
-    "LossyImageCompressionRatio", "LossyImageCompressionMethod",
+    "PatientPosition", "AcquisitionDate", "AcquisitionTime", "AcquisitionNumber", "KVP", "ContrastBolusAgent",
+    "ContrastBolusRoute", "ReconstructionDiameter", "ConvolutionKernel", "WindowCenter", "WindowWidth",
+    "LossyImageCompression", "LossyImageCompressionRatio", "LossyImageCompressionMethod",
 )  # fmt: skip
 """Of the CT Image: true of every image that is derived from it."""
 
@@ -55,6 +61,9 @@ SCANNER = (
 """Of the equipment that acquired the CT (PS3.3 C.12.1, Contributing Equipment Sequence)."""
 
 _SEXES = ("M", "F", "O")
+
+_TOGETHER = ("WindowCenter", "WindowWidth")
+"""Of no use, and not allowed, one without the other."""
 
 
 def taken_over(header: Dataset, keywords: Iterable[str]) -> Dataset:
@@ -91,6 +100,9 @@ def taken_over(header: Dataset, keywords: Iterable[str]) -> Dataset:
                 wrong.append(keyword)
                 continue
             found.add(element)
+        if len({len(_values(found[each])) if each in found else 0 for each in _TOGETHER}) > 1:
+            for each in _TOGETHER:
+                found.pop(each, None)
     if wrong:
         _LOG.warning("The CT's attributes %s are not valid DICOM and are left out.", ", ".join(wrong))
     return found
@@ -99,11 +111,14 @@ def taken_over(header: Dataset, keywords: Iterable[str]) -> Dataset:
 def _require_valid(element: DataElement, keyword: str) -> None:
     """Raise an exception where a value breaks the rules of its kind, or those of a code."""
     from pydicom import config
+    from pydicom.datadict import dictionary_VR
     from pydicom.dataset import Dataset
     from pydicom.filebase import DicomBytesIO
     from pydicom.filewriter import write_dataset
     from pydicom.valuerep import DA, TM, validate_value
 
+    if element.VR not in dictionary_VR(element.tag):
+        raise ValueError(keyword)
     for value in _values(element):
         if element.VR == "SQ":
             for inner in value:
