@@ -70,7 +70,9 @@ def drawn_xray(xray: np.ndarray, shadows: ViewShadows, heading: str, warning: st
     place.set_axis_off()
     rows, columns = (factor * each for each in picture.shape)
     extent = (-0.5, columns - 0.5, rows - 0.5, -0.5)
-    place.imshow(picture, cmap="gray", vmin=0, vmax=255, extent=extent, interpolation="bilinear", aspect="auto")
+    place.imshow(
+        picture, cmap="gray", vmin=0, vmax=255, extent=extent, interpolation="bilinear", aspect="auto"
+    )
     place.set_xlim(extent[0], extent[1])
     place.set_ylim(extent[2], extent[3])
     _draw_outlines(place, shadows, max(height, width) / 80)
@@ -121,7 +123,14 @@ def _label(place: Axes, point: PointShadow, side: int) -> None:
     near_right = point.place[0] > left + 0.85 * (right - left)
     shift = 0.008 * (right - left)
     corner = point.place + np.array([-shift if near_right else shift, -shift])
-    _write(place, (corner[0], corner[1]), point.label, side / 85, POINT_COLOUR, horizontal="right" if near_right else "left")
+    _write(
+        place,
+        (corner[0], corner[1]),
+        point.label,
+        side / 85,
+        POINT_COLOUR,
+        horizontal="right" if near_right else "left",
+    )
 
 
 def _write(

@@ -135,8 +135,8 @@ def _regions(result: Result, path: Path) -> list[PlanPart]:
         count += len(found)
         if count > MOST_REGIONS:
             raise InputError(
-                f"{path}: the segmentation holds more than {MOST_REGIONS} regions, which would hide the X-ray: keep those "
-                "of the plan."
+                f"{path}: the segmentation holds more than {MOST_REGIONS} regions, which would hide the X-ray: keep "
+                "those of the plan."
             )
         if not found:
             continue

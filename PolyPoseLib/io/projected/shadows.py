@@ -132,7 +132,7 @@ def _points(camera: Camera, part: PlanPoints) -> list[PointShadow]:
     places[camera.depth(part.carried.points) < NEAREST_MM] = np.nan
     covariances = projected_covariances(camera, part.carried.points, part.carried.covariances)
     last = np.array([camera.width, camera.height]) - 0.5
-    inside = ((places >= -0.5) & (places <= last)).all(axis=1)
+    inside = np.all((places >= -0.5) & (places <= last), axis=1).tolist()
     where = [
         BEHIND if np.isnan(place[0]) else IN if within else BESIDE
         for place, within in zip(places, inside, strict=True)
@@ -196,9 +196,7 @@ def _regions(view: CameraResult, part: PlanRegions) -> list[tuple[OutlineShadow,
     silhouettes = Silhouettes(part.labels, len(part.names), select_backend())
     found = []
     for number, name in enumerate(part.names):
-        polygons = [
-            (each + 0.5) * factor - 0.5 for each in silhouettes.outlines(number, small, np.eye(4))
-        ]
+        polygons = [(each + 0.5) * factor - 0.5 for each in silhouettes.outlines(number, small, np.eye(4))]
         found.append((OutlineShadow(name, polygons), "" if polygons else _nothing(name, view)))
     return found
 
