@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from PolyPoseLib.errors import InputError, one_line
 from PolyPoseLib.geometry.projected_ellipse import ellipse
-from PolyPoseLib.io.projected.shadows import PointShadow, ViewShadows
+from PolyPoseLib.io.projected.shadows import ViewShadows
 from PolyPoseLib.io.report.pictures import grey, shrunk
 
 if TYPE_CHECKING:
@@ -75,29 +77,32 @@ def drawn_xray(xray: np.ndarray, shadows: ViewShadows, heading: str, warning: st
     )
     place.set_xlim(extent[0], extent[1])
     place.set_ylim(extent[2], extent[3])
-    _draw_outlines(place, shadows, max(height, width) / 80)
-    _draw_points(place, shadows, max(height, width))
-    size = max(height, width) / 95
-    _write(place, (0.012, 0.988), heading, size, "#ffffff", axes=True, vertical="top")
+    names = [*_draw_points(place, shadows, max(height, width)), *_draw_outlines(place, shadows)]
+    size = max(height, width) / 90
+    _write_names(place, names, size, columns / width)
+    _write(place, (0.012, 0.988), _plain(heading), size, "#ffffff", axes=True)
     if warning:
-        _write(place, (0.012, 0.955), warning, size, "#ff6b5e", axes=True, vertical="top")
+        _write(place, (0.012, 0.955), warning, 1.2 * size, "#ff6b5e", axes=True)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[:height, :width, :3].copy()
 
 
-def _draw_outlines(place: Axes, shadows: ViewShadows, size: float) -> None:
+def _draw_outlines(place: Axes, shadows: ViewShadows) -> list[_Name]:
+    """Draw them, and return what is to be written."""
     from matplotlib.collections import LineCollection
 
+    names = []
     for number, outline in enumerate(shadows.outlines):
         colour = OUTLINE_COLOURS[number % len(OUTLINE_COLOURS)]
         lines = [np.concatenate([each, each[:1]]) for each in outline.polygons]
         place.add_collection(LineCollection(lines, colors=colour, linewidths=1.3), autolim=False)
         largest = max(outline.polygons, key=len)
-        top = largest[largest[:, 1].argmin()]
-        _write(place, (top[0], top[1]), outline.name, size, colour, vertical="bottom")
+        names.append(_Name(outline.name, largest[largest[:, 1].argmin()], colour))
+    return names
 
 
-def _draw_points(place: Axes, shadows: ViewShadows, side: int) -> None:
+def _draw_points(place: Axes, shadows: ViewShadows, side: int) -> list[_Name]:
+    """Draw them with their ellipses and lines, and return what is to be written."""
     from matplotlib.collections import LineCollection
 
     drawn = [each for each in shadows.points if each.drawn]
@@ -105,52 +110,96 @@ def _draw_points(place: Axes, shadows: ViewShadows, side: int) -> None:
     rings = [ellipse(each.place, each.covariance) for each in known]
     rings = [np.concatenate([each, each[:1]]) for each in rings]
     place.add_collection(LineCollection(rings, colors=POINT_COLOUR, linewidths=0.9, alpha=0.9), autolim=False)
-    place.add_collection(
-        LineCollection(list(shadows.lines), colors=POINT_COLOUR, linewidths=1.4), autolim=False
-    )
+    lines = LineCollection(list(shadows.lines), colors=POINT_COLOUR, linewidths=1.4)
+    place.add_collection(lines, autolim=False)
     if drawn:
         at = np.array([each.place for each in drawn])
         size = side / 90 if len(drawn) <= MOST_LABELS else side / 220
         place.scatter(at[:, 0], at[:, 1], s=size**2, c=POINT_COLOUR, marker="+", linewidths=1.2)
-    if len(drawn) <= MOST_LABELS:
-        for each in drawn:
-            _label(place, each, side)
-
-
-def _label(place: Axes, point: PointShadow, side: int) -> None:
-    """A point's label to its upper right, or upper left near the right edge."""
-    left, right = place.get_xlim()
-    near_right = point.place[0] > left + 0.85 * (right - left)
-    shift = 0.008 * (right - left)
-    corner = point.place + np.array([-shift if near_right else shift, -shift])
-    _write(
-        place,
-        (corner[0], corner[1]),
-        point.label,
-        side / 85,
-        POINT_COLOUR,
-        horizontal="right" if near_right else "left",
+    return (
+        [_Name(each.label, each.place, POINT_COLOUR) for each in drawn] if len(drawn) <= MOST_LABELS else []
     )
 
 
+@dataclass(frozen=True)
+class _Name:
+    """A text that belongs to a place (column, row)."""
+
+    text: str
+    at: np.ndarray
+    colour: str
+
+
+def _write_names(place: Axes, names: Sequence[_Name], size: float, scale: float) -> None:
+    """Write names beside their places, none over another where there is room; size: letters' height in pixels.
+
+    scale: pixels of the X-ray in one of the picture.
+    """
+    shorts = [_short(each.text) for each in names]
+    boxes = [(scale * 0.72 * size * len(text), scale * 1.3 * size) for text in shorts]
+    limits = (place.get_xlim(), sorted(place.get_ylim()))
+    corners = free_corners([each.at for each in names], boxes, scale * 0.6 * size, limits)
+    for name, text, corner in zip(names, shorts, corners, strict=True):
+        _write(place, corner, text, size, name.colour)
+
+
+def free_corners(
+    places: Sequence[np.ndarray],
+    boxes: Sequence[tuple[float, float]],
+    gap: float,
+    limits: tuple[Sequence[float], Sequence[float]],
+) -> list[tuple[float, float]]:
+    """Where to put boxes (width, height) beside places so that they do not overlap.
+
+    Every box lies at its place's right or left, above or below, or farther up or down where these are taken; the first
+    of these at the right above where all are.
+
+    Returns
+    -------
+    list of tuple of float
+        Lower left corner of every box, rows counted downwards.
+
+    """
+    (left, right), (top, bottom) = limits
+    taken: list[tuple[float, float, float, float]] = []
+    corners = []
+    for (column, row), (width, height) in zip(places, boxes, strict=True):
+        rows = [row + step for n in range(6) for step in (-gap - n * height, gap + height + n * height)]
+        options = [(x, y) for y in rows for x in (column + gap, column - gap - width)]
+        free = (
+            (x, y)
+            for x, y in options
+            if left <= x and x + width <= right and top <= y - height and y <= bottom
+            and all(x >= x1 or x + width <= x0 or y <= y0 or y - height >= y1 for x0, x1, y0, y1 in taken)
+        )  # fmt: skip
+        x, y = next(free, (min(column + gap, right - width), max(row - gap, top + height)))
+        taken.append((x, x + width, y - height, y))
+        corners.append((float(x), float(y)))
+    return corners
+
+
+def _plain(text: str) -> str:
+    """A text on one line; half of a surrogate pair, which no font has, is shown as "?"."""
+    return one_line(text.encode("utf-8", "replace").decode("utf-8"))
+
+
+def _short(text: str) -> str:
+    plain = _plain(text)
+    return textwrap.shorten(plain, _LONGEST, placeholder="...") or plain[:_LONGEST]
+
+
 def _write(
-    place: Axes,
-    at: tuple[float, float],
-    text: str,
-    size: float,
-    colour: str,
-    axes: bool = False,
-    vertical: str = "bottom",
-    horizontal: str = "left",
+    place: Axes, at: tuple[float, float], text: str, size: float, colour: str, axes: bool = False
 ) -> None:
-    """Write a text as it is, with a dark edge; size in pixels."""
+    """Write a text as it is, with a dark edge.
+
+    at: its lower left corner in pixels of the X-ray, or with ``axes`` its upper left one as shares of the picture.
+    """
     from matplotlib.patheffects import withStroke
 
-    plain = one_line(text.encode("utf-8", "replace").decode("utf-8"))
-    short = plain if axes else textwrap.shorten(plain, _LONGEST, placeholder="...") or plain[:_LONGEST]
     written = place.text(
-        *at, short, fontsize=1.2 * size * 72 / _DPI, color=colour, va=vertical, ha=horizontal, clip_on=True,
-        transform=place.transAxes if axes else place.transData, parse_math=False,
+        *at, text, fontsize=1.2 * size * 72 / _DPI, color=colour, va="top" if axes else "bottom", ha="left",
+        clip_on=True, transform=place.transAxes if axes else place.transData, parse_math=False,
         path_effects=[withStroke(linewidth=2, foreground="#000000")],
     )  # fmt: skip
     written.set_usetex(False)

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 SECONDARY_CAPTURE = "1.2.840.10008.5.1.4.1.1.7"
 
+SERIES_NUMBER = 9101
+"""Far above what scanners count to."""
+
 _OF_THE_IMAGE = ("PatientOrientation", "LossyImageCompression", "LossyImageCompressionRatio")
 _UNICODE = "ISO_IR 192"
 
@@ -87,7 +90,7 @@ class CaptureSeries:
         made.ContentDate, made.ContentTime = date, time
         made.Modality, made.ConversionType = "OT", "WSD"
         made.SeriesInstanceUID = self._series.setdefault(study, new_uid())
-        made.SeriesNumber, made.InstanceNumber = None, number
+        made.SeriesNumber, made.InstanceNumber = SERIES_NUMBER, number
         made.SeriesDate, made.SeriesTime = date, time
         made.SeriesDescription = "Plan of the CT on the X-rays (PolyPose)"
         made.Manufacturer = made.ManufacturerModelName = MAKER

@@ -23,7 +23,11 @@ def test_a_triangulated_hull_has_no_gap_and_ends_at_its_edge(seed, monkeypatch):
 
 
 def test_triangles_without_area_or_beside_the_image_cover_nothing():
-    flat = np.array([[[1.0, 2], [5, 2], [9, 2]], [[3, 3], [3, 3], [3, 3]], [[3.5, 0.5], [3.5, 8.5], [3.5, 4.5]]])
+    flat = np.array(
+        [[[1.0, 2], [5, 2], [9, 2]], [[3, 3], [3, 3], [3, 3]], [[3.5, 0.5], [3.5, 8.5], [3.5, 4.5]]]
+    )
     assert not covered(flat, (10, 12)).any()
-    assert not covered(np.array([[[20.0, 0], [30, 0], [20, 30]], [[-9, -9], [-1, -9], [-9, -1]]]), (10, 12)).any()
+    assert not covered(
+        np.array([[[20.0, 0], [30, 0], [20, 30]], [[-9, -9], [-1, -9], [-9, -1]]]), (10, 12)
+    ).any()
     assert not covered(np.zeros((0, 3, 2)), (10, 12)).any()
