@@ -13,6 +13,12 @@ COARSE_MM = 3.0
 MOST_SURFACE_POINTS = 20000
 """Of one structure."""
 
+MANY = 20000
+"""More points than this share distances with those of the same cell."""
+
+CELL_MM = 2.0
+"""Side of these cells."""
+
 
 class StructureDistances:
     """Distances to K structures in the CT.
@@ -51,6 +57,18 @@ class StructureDistances:
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """(K, N) mm of points (N, 3) of the CT; infinite for a structure without voxels."""
+        if len(points) > MANY:  # vertices of a mesh lie close together
+            cells = np.rint(points / CELL_MM).astype(np.int64)
+            low = cells.min(axis=0)
+            _, first, which = np.unique(
+                np.ravel_multi_index((cells - low).T, (cells.max(axis=0) - low + 1).tolist()),
+                return_index=True,
+                return_inverse=True,
+            )
+            return self._each(cells[first] * CELL_MM)[:, which]
+        return self._each(points)
+
+    def _each(self, points: np.ndarray) -> np.ndarray:
         return np.stack(
             [np.full(len(points), np.inf) if tree is None else tree.query(points)[0] for tree in self._trees]
         )

@@ -27,7 +27,7 @@ def carry_volume(result: Result, volume: Volume, to: str, labels: bool) -> Volum
 
 
 def resampling_field(result: Result, to: str) -> DisplacementField:
-    """The field through which images are resampled into the frame ``to``: it takes points of that frame to the other."""
+    """Displacements of points of the frame ``to``, through which images are resampled into it."""
     if require_frame(to) == "xray":
         return result.transform
     if result.inverse_transform is not None:

@@ -1,7 +1,7 @@
 """How far soft tissue lies from where the warp puts it: a variance calibrated on simulated truths.
 
 The truths' soft tissue follows other laws than the warp (Testing/Benchmarks/carry.py). Its error hardly depends on
-how much the bones move apart, within what joints allow; it grows from a bone's surface to a plateau some centimetres off.
+how far bones move apart, within what joints allow; it grows from a bone's surface to a plateau some centimetres off.
 Nothing here knows of breathing, a filling bladder or a scalpel.
 """
 

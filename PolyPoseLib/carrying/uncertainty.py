@@ -23,7 +23,7 @@ REACH_MM = 40.0
 LEAST_MM = 0.01
 """Least standard deviation: the anchor is exact by definition, but numbers in files are rounded."""
 
-POINTS_AT_ONCE = 1 << 15
+POINTS_AT_ONCE = 1 << 17
 """Points whose covariances are computed at once."""
 
 

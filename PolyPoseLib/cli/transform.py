@@ -14,7 +14,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = new_parser(
         subparsers,
         "transform",
-        "carry landmarks, screw plans, meshes, images, doses and contours from the CT to the patient as X-rayed, or back",
+        "carry landmarks, screws, meshes, images, doses and contours from the CT to the patient as X-rayed, or back",
         "case/result plan.mrk.json --output plan_as_xrayed.mrk.json",
     )
     parser.add_argument("result", type=Path, help="folder that register wrote")

@@ -126,7 +126,7 @@ def read_fiducials(path: Path) -> Markups:
             continue
         row = next(csv.reader([line]), [])
         row += [""] * (len(columns) - len(row))
-        values = [row[columns.index(axis)] for axis in "xyz"]
+        values = [row[columns.index(axis)] for axis in ("x", "y", "z")]
         try:
             place = np.array(values, dtype=np.float64)
         except ValueError:
@@ -145,14 +145,14 @@ def read_fiducials(path: Path) -> Markups:
 
 def write_fiducials(path: Path, markups: Markups, carried: CarriedPoints) -> None:
     """Write the list of points again."""
-    rows = [each if isinstance(each, str) else list(each) for each in markups.fields]
+    rows: list[Any] = [each if isinstance(each, str) else list(each) for each in markups.fields]
     for n, (number, columns) in enumerate(markups.places):
-        place = carried.points[n] * markups.signs[n]
+        row, place = rows[number], carried.points[n] * markups.signs[n]
         for axis, value in zip("xyz", place, strict=True):
-            rows[number][columns.index(axis)] = f"{value:.6f}"
+            row[columns.index(axis)] = f"{value:.6f}"
         if "desc" in columns:
             at = columns.index("desc")
-            rows[number][at] = _described(rows[number][at], point_words(carried, n))
+            row[at] = _described(row[at], point_words(carried, n))
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     for row in rows:
