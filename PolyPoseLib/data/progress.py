@@ -61,7 +61,12 @@ class Monitor:
         if self._cancel is not None and self._cancel():
             raise CancelledError("The registration was cancelled.")
         if similarity is not None:
-            entry = {"stage": stage, "iteration": iteration, "similarity": similarity, "seconds": self.elapsed}
+            entry = {
+                "stage": stage,
+                "iteration": iteration,
+                "similarity": similarity,
+                "seconds": self.elapsed,
+            }
             self.history.append(entry if level_mm is None else {**entry, "level_mm": level_mm})
         if self._progress is not None:
             path = preview() if preview is not None else None

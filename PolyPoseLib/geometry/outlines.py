@@ -35,10 +35,9 @@ def traced(image: np.ndarray, level: float) -> list[np.ndarray]:
     field = np.full((height, width), -1.0)
     field[1:-1, 1:-1] = np.asarray(image, np.float64) - level
     # The edge lies half a pixel outside the outermost centres, where their pixels end.
-    for edge, inner in (
-        (np.s_[0, :], np.s_[1, :]), (np.s_[-1, :], np.s_[-2, :]), (np.s_[:, 0], np.s_[:, 1]), (np.s_[:, -1], np.s_[:, -2]),
-    ):  # fmt: skip
+    for edge, inner in ((0, 1), (-1, -2)):
         field[edge] = -np.abs(field[inner]) - 1e-12
+        field[:, edge] = -np.abs(field[:, inner]) - 1e-12
     follows = _links(field > 0)
     points = _crossings(field, np.fromiter(follows, np.int64, len(follows)))
     outlines = []
@@ -66,7 +65,9 @@ def _links(inside: np.ndarray) -> dict[int, int]:
         rows, columns = np.nonzero(corners == case)
         first = 2 * (rows * width + columns)
         for entry, leaving in segments:
-            links.update(zip((first + offsets[entry]).tolist(), (first + offsets[leaving]).tolist(), strict=True))
+            links.update(
+                zip((first + offsets[entry]).tolist(), (first + offsets[leaving]).tolist(), strict=True)
+            )
     return links
 
 

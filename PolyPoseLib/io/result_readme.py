@@ -23,7 +23,9 @@ structures.nii.gz      label map of the bones in the CT, numbered in the order o
 warped_ct.nii.gz       the CT in the posture of the X-rays
 warped_labels.nii.gz   the study's label map likewise
 xray_N_drr.nii.gz      the final rendering of X-ray N, counted from 0
-report.png             X-rays, renderings, outlines and motions in one picture
+xray_N.nii.gz          the X-ray as it was compared: line integrals times 1000, as seen from the source
+report.html            outlines of the bones on the X-rays, motions, intervals and reasons; opens in a browser, offline
+report.png             the same in one picture
 
 Both transforms are smooth and interpolated between nodes some millimetres apart. At joint surfaces they differ from the
 bones' own motions ("fixed_to_moving" in result.json): use those for what belongs to one bone.

@@ -27,7 +27,7 @@ _LOG = logging.getLogger(__name__)
 
 _OURS = re.compile(
     r"^(result\.json|(inverse_)?transform\.h5|(warped_ct|warped_labels|structures)\.nii\.gz|report\.(png|html))$"
-    r"|^xray_\d+_drr\.nii\.gz$"
+    r"|^xray_\d+(_drr)?\.nii\.gz$"
 )
 
 

@@ -43,7 +43,9 @@ class Silhouettes:
     def __init__(self, labels: Volume, count: int, backend: Backend) -> None:
         self._backend = backend
         boxes = find_objects(labels.voxels.astype(np.int32, copy=False), max_label=count)
-        self._bodies = [None if box is None else _body(labels, n, box) for n, box in enumerate(boxes, start=1)]
+        self._bodies = [
+            None if box is None else _body(labels, n, box) for n, box in enumerate(boxes, start=1)
+        ]
 
     def outlines(self, number: int, camera: Camera, fixed_to_moving: np.ndarray) -> list[np.ndarray]:
         """Outlines of one structure under a pose.

@@ -67,6 +67,27 @@ np.savez(target, points=vtk_to_numpy(mesh.GetPoints().GetData()).astype(np.float
 """
 )
 
+_READ_TRIANGLES = (
+    _READ
+    + """
+path, target = sys.argv[1:]
+mesh = polydata(path)
+stated = space(path, mesh)
+from vtkmodules.vtkFiltersCore import vtkTriangleFilter
+split = vtkTriangleFilter()
+split.PassLinesOff()
+split.PassVertsOff()
+split.SetInputData(mesh)
+split.Update()
+mesh = split.GetOutput()
+if mesh.GetNumberOfPolys() == 0:
+    refuse("it has no faces")
+corners = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).astype(np.int64).reshape(-1, 3)
+points = vtk_to_numpy(mesh.GetPoints().GetData()).astype(np.float64)
+np.savez(target, points=points, corners=corners, space=stated)
+"""
+)
+
 _WRITE_POINTS = (
     _READ
     + """
@@ -139,19 +160,31 @@ def read_vertices(path: Path) -> tuple[np.ndarray, np.ndarray]:
         VTK is missing, the file is damaged or too large, or its vertices are no places in mm.
 
     """
+    parts = _read_parts(path, _READ_POINTS)
+    return parts["points"], parts["signs"]
+
+
+def read_surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (N, 3) of a mesh in LPS mm and its triangles (T, 3); raises InputError as ``read_vertices``."""
+    parts = _read_parts(path, _READ_TRIANGLES)
+    return parts["points"], parts["corners"]
+
+
+def _read_parts(path: Path, program: str) -> dict[str, np.ndarray]:
+    """The arrays that a child reads from a mesh: vertices in LPS mm, "signs" and others."""
     _require_vtk()
     refuse_special_file(path)
     if path.stat().st_size > MAX_BYTES:
         raise InputError(f"{path}: a mesh of {path.stat().st_size >> 20} MiB is too large: decimate it.")
     with tempfile.TemporaryDirectory(prefix="polypose-") as folder:
-        kept = Path(folder) / "points.npz"
-        _run(_READ_POINTS, [path.resolve(), kept], folder, path)
-        with np.load(kept, allow_pickle=False) as parts:
-            points, space = parts["points"], str(parts["space"])
-    signs = np.array([-1.0, -1.0, 1.0]) if space == "RAS" else np.ones(3)
-    if not (np.abs(points) <= FARTHEST_MM).all():
+        kept = Path(folder) / "parts.npz"
+        _run(program, [path.resolve(), kept], folder, path)
+        with np.load(kept, allow_pickle=False) as arrays:
+            parts = dict(arrays)
+    signs = np.array([-1.0, -1.0, 1.0]) if str(parts["space"]) == "RAS" else np.ones(3)
+    if not (np.abs(parts["points"]) <= FARTHEST_MM).all():
         raise InputError(f"{path}: some of its vertices are no places in mm: export the mesh again.")
-    return points * signs, signs
+    return {**parts, "points": parts["points"] * signs, "signs": signs}
 
 
 def write_vertices(

@@ -111,7 +111,9 @@ def fit_structures(
             poses = restart_bones(run, observations, poses, stage.restart, unplaced)
         if stage.restart_inconsistent and unplaced:
             poses = restart_inconsistent(run, observations, poses, stage.restart_inconsistent, unplaced)
-        fit = _LevelFit(run.named("bones").at_level(stage.level.size_mm), observations, stage.level, free_cameras)
+        fit = _LevelFit(
+            run.named("bones").at_level(stage.level.size_mm), observations, stage.level, free_cameras
+        )
         fitted = fit.fit(poses, done, total)
         poses = fitted.poses
         observations = [o.with_camera(c) for o, c in zip(observations, fitted.cameras, strict=True)]

@@ -10,7 +10,8 @@ from PolyPoseLib.geometry.camera import Camera
 
 FILES = {
     "result.json", "transform.h5", "warped_ct.nii.gz", "warped_labels.nii.gz", "xray_0_drr.nii.gz",
-    "xray_1_drr.nii.gz", "report.png", "inverse_transform.h5", "structures.nii.gz", "README.txt",
+    "xray_1_drr.nii.gz", "report.png", "report.html", "xray_0.nii.gz", "xray_1.nii.gz",
+    "inverse_transform.h5", "structures.nii.gz", "README.txt",
 }  # fmt: skip
 
 
