@@ -50,7 +50,7 @@ class View:
     rendering
         (H, W) the CT rendered with the poses found.
     xray
-        (H, W) the X-ray, bone bright; None where no study was given.
+        (H, W) the X-ray, bone bright; None where neither the result nor a study has it.
     mask
         (H, W) where the X-ray was compared; None where no study was given.
     detector_mm
@@ -97,8 +97,6 @@ class Content:
 
     Attributes
     ----------
-    title
-        Shown at the top.
     result
         As read.
     before
@@ -120,7 +118,6 @@ class Content:
 
     """
 
-    title: str
     result: Result
     before: Volume
     before_text: str

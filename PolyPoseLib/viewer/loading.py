@@ -60,7 +60,6 @@ def load_content(
     bones = _bones(result, labels)
     before, before_text = _before(result, study)
     return Content(
-        title=_title(result),
         result=result,
         before=before,
         before_text=before_text,
@@ -70,14 +69,8 @@ def load_content(
         labels=labels,
         weighting=_weighting(study),
         points=None if points is None else _carried(result, points),
-        notes=_notes(folder, study, labels),
+        notes=_notes(folder, result, study, labels),
     )
-
-
-def _title(result: Result) -> str:
-    """What was registered; without names of folders, which may be patients'."""
-    views, bones = len(result.cameras), len(result.structures)
-    return f"{bones} {'structure' if bones == 1 else 'structures'}, {views} {'X-ray' if views == 1 else 'X-rays'}"
 
 
 def _study_of(result: Result, path: Path, allow_outside: bool) -> Study:
@@ -146,11 +139,12 @@ def _views(result: Result, study: Study | None, labels: Volume | None) -> tuple[
     outlines = _outlines(result, labels)
     for n, (camera, rendering) in enumerate(zip(result.cameras, result.renderings_after, strict=True)):
         xray = None if study is None else study.xrays[n]
+        kept = result.xray_images[n] if n < len(result.xray_images) else None
         views.append(
             View(
                 camera,
                 rendering,
-                None if xray is None else xray.image,
+                kept if xray is None else xray.image,
                 None if xray is None else xray.mask,
                 None if xray is None else _detector_mm(camera.intrinsics, xray.pixel_spacing_mm),
                 *outlines[n],
@@ -233,15 +227,19 @@ def _read_points(path: Path) -> tuple[tuple[str, ...], np.ndarray, Sequence[tupl
     )
 
 
-def _notes(folder: Path, study: Study | None, labels: Volume | None) -> tuple[str, ...]:
+def _notes(folder: Path, result: Result, study: Study | None, labels: Volume | None) -> tuple[str, ...]:
     notes = []
     if study is None:
+        absent = (
+            "neither the CT nor the X-rays: renderings stand in for these"
+            if not result.xray_images
+            else "not the CT"
+        )
         near = folder.resolve().parent / "study.json"
         name = near.name if near.is_file() else "STUDY.json"
         notes.append(
-            "A result holds neither the CT nor the X-rays: renderings stand in for X-rays, detectors are drawn behind "
-            f"the patient at a distance of convenience, and the CT at rest is reconstructed. Add --study {name} to "
-            "see the originals."
+            f"The result holds {absent}. The CT at rest is reconstructed, and detectors are drawn behind the patient, "
+            f"for their distances are not known. Add --study {name} to see the originals in their places."
         )
     if labels is None:
         notes.append(

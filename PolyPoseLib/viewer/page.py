@@ -11,6 +11,7 @@ from trame.ui.html import DivLayout
 from trame.widgets import client, html, vtk
 
 from PolyPoseLib.errors import PolyPoseError
+from PolyPoseLib.io.report.words import CAUTION, CELLS_MEAN, INTERVALS, facts, headline, notes
 from PolyPoseLib.viewer import scene, tables
 from PolyPoseLib.viewer.content import Content
 from PolyPoseLib.viewer.maps import Maps
@@ -53,7 +54,7 @@ class Page:
 
     def _set_state(self) -> None:
         state, content = self._state, self._content
-        state.trame__title = f"PolyPose: {content.title}"
+        state.trame__title = f"PolyPose: {facts(content.result)}"
         state.update({plane: self._stack.count(plane) // 2 for plane in PLANES})
         state.update(
             {
@@ -147,10 +148,11 @@ class Page:
 
     def _header(self) -> None:
         content = self._content
-        sentence, kind = tables.verdict(content.result)
+        verdict = headline(content.result)
         with html.Header():
-            html.H1(literal(f"PolyPose: {content.title}"))
-            html.P(literal(sentence), classes=f"verdict {kind}")
+            html.H1("PolyPose")
+            html.P(literal(verdict.text), classes=f"verdict {verdict.tone}")
+        html.P(literal(facts(content.result)), classes="hint")
         for note in content.notes:
             html.P(literal(note), classes="note")
 
@@ -321,11 +323,7 @@ class Page:
         html.H2("Motion of every structure from the CT to the X-rays")
         colours = [bone.colour for bone in self._content.bones] if self._content.at_rest_known else []
         table(tables.MOTION_HEADER, tables.motion_rows(self._content.result), colours)
-        html.P(
-            "Displacements are those of the structure's centroid. Intervals are 95 %: along the direction in which the "
-            "X-rays tell least, and the largest across it.",
-            classes="hint",
-        )
+        html.P(literal(f"{INTERVALS} {CELLS_MEAN}"), classes="hint")
 
     def _points(self) -> None:
         assert self._content.points is not None
@@ -334,14 +332,14 @@ class Page:
         html.P("LPS mm. Half axes are those of the 95 % ellipsoid, the longest first.", classes="hint")
 
     def _footer(self) -> None:
-        warnings = self._content.result.warnings
-        if warnings:
+        said = notes(self._content.result)
+        if said:
             with html.Section(classes="panel"):
-                html.H2("Warnings of the registration")
+                html.H2("Reasons and warnings of the registration")
                 with html.Ul():
-                    for each in warnings:
-                        html.Li(literal(each))
-        html.P("Research software, not for clinical decisions.", classes="hint")
+                    for text, tone in said:
+                        html.Li(literal(text), classes="bad" if tone == "bad" else "")
+        html.P(CAUTION, classes="hint")
 
 
 def _parts(colour: str) -> list[float]:

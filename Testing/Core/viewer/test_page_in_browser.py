@@ -132,7 +132,7 @@ def nothing_fails(watched, shown):
 
 
 def test_the_page_loads_and_the_token_leaves_the_address(watched):
-    assert watched.page.title() == "PolyPose: 2 structures, 2 X-rays"
+    assert watched.page.title().startswith("PolyPose: 2 X-rays up to ")
     assert urlsplit(watched.page.url).path == "/index.html"
     assert "token" not in watched.page.url
     for words in (
@@ -262,6 +262,6 @@ def test_a_result_alone_says_what_is_missing(context, case):
         alone.settle()
         note = alone.page.locator(".note").first.inner_text()
         assert "--study study.json" in note
-        assert alone.page.locator("#slider-view_blend").count() == 0
+        assert "the CT" in note
         assert alone.errors == []
         alone.page.close()
