@@ -230,16 +230,13 @@ def _read_points(path: Path) -> tuple[tuple[str, ...], np.ndarray, Sequence[tupl
 def _notes(folder: Path, result: Result, study: Study | None, labels: Volume | None) -> tuple[str, ...]:
     notes = []
     if study is None:
-        absent = (
-            "neither the CT nor the X-rays: renderings stand in for these"
-            if not result.xray_images
-            else "not the CT"
-        )
+        held = "the CT" if result.xray_images else "the CT and the X-rays, for which renderings stand in"
         near = folder.resolve().parent / "study.json"
         name = near.name if near.is_file() else "STUDY.json"
         notes.append(
-            f"The result holds {absent}. The CT at rest is reconstructed, and detectors are drawn behind the patient, "
-            f"for their distances are not known. Add --study {name} to see the originals in their places."
+            f"The result does not hold {held}. The CT at rest is reconstructed, detectors are drawn behind the patient "
+            "since their distances are not known, and weights are those of the default options. Add --study "
+            f"{name} to see the originals in their places."
         )
     if labels is None:
         notes.append(

@@ -207,7 +207,7 @@ def overview(content: Content) -> dict[str, Any]:
     toward = _unit(beside - 0.45 * along + 0.35 * np.array([0.0, 0.0, 1.0]), beside)
     middle = (np.min(places, axis=0) + np.max(places, axis=0)) / 2
     radius = np.linalg.norm(np.array(places) - middle, axis=1).max()
-    distance = 0.78 * radius / np.sin(np.radians(VIEW_ANGLE_DEG / 2))
+    distance = 0.88 * radius / np.sin(np.radians(VIEW_ANGLE_DEG / 2))
     return _look(middle + toward * distance, middle, (0, 0, 1), VIEW_ANGLE_DEG)
 
 
