@@ -39,7 +39,7 @@ def write_warped(
     export
         Patient, study and time.
     volume
-        Hounsfield units on a straight grid of any handedness.
+        Hounsfield units on the CT's grid, whose slices ascend along their normal.
     series
         The new series.
     behind
@@ -74,10 +74,8 @@ def write_converted(export: Export, volume: Volume, series: Series, folder: Path
     """Write a CT that never was DICOM, as the series that the export calls its source; as ``write_warped``."""
     from pydicom.uid import UID
 
-    upwards = export.source.is_ascending(volume)
-
     def complete(made: Dataset, k: int) -> None:
-        image = export.source.images[k if upwards else -1 - k]
+        image = export.source.images[k]
         made.SOPInstanceUID = made.file_meta.MediaStorageSOPInstanceUID = UID(image.sop_instance)
         made.ImageType = ["DERIVED", "SECONDARY", "AXIAL"]
         made.DerivationDescription = "Converted from a file that names no patient"

@@ -40,12 +40,15 @@ class Segment:
         For people.
     is_bone
         Whether a structure of the study has it.
+    slices
+        How many slices hold it.
 
     """
 
     label: int
     name: str
     is_bone: bool
+    slices: int = 1
 
 
 def require_highdicom() -> None:
@@ -70,14 +73,18 @@ def segments_present(labels: Volume, names: Mapping[int, str], bones: Collection
         Labels of the study's structures.
 
     """
-    present = np.flatnonzero(np.bincount(labels.voxels.ravel()))
-    found, taken = [], set()
-    for label in (int(each) for each in present if each):
+    highest = int(labels.voxels.max())
+    slices = np.zeros(highest + 1, int)
+    for section in labels.voxels:
+        slices += np.bincount(section.ravel(), minlength=highest + 1) > 0
+    found: list[Segment] = []
+    taken: set[str] = set()
+    for label in (int(each) for each in np.flatnonzero(slices) if each):
         name = text_of(names.get(label, f"label {label}"), LONGEST_NAME)
         if name in taken:
             name = f"{name[: LONGEST_NAME - 8]} ({label})"
         taken.add(name)
-        found.append(Segment(label, name, label in bones))
+        found.append(Segment(label, name, label in bones, int(slices[label])))
     return found
 
 
