@@ -125,7 +125,7 @@ def segmentation(
         numbers[[each.label for each in segments]] = np.arange(1, len(segments) + 1)
         try:
             made = Segmentation(
-                source_images=images,
+                source_images=[_in_unicode(images[0]), *images[1:]],
                 pixel_array=numbers[labels.voxels],
                 segmentation_type="BINARY",
                 segment_descriptions=[_description(n, each) for n, each in enumerate(segments, start=1)],
@@ -140,7 +140,6 @@ def segmentation(
                 content_description="Labels of the CT, carried along",
                 content_label="WARPED_LABELS",
                 series_description=series.description,
-                specific_character_set=None,  # highdicom does not know all; text is encoded when it is written
             )
         except (ValueError, TypeError, AttributeError, KeyError):
             raise InputError(
@@ -155,6 +154,19 @@ def segmentation(
         made.pop("Laterality", None)  # not of segmentations: each segment has its own
         made.DerivationDescription = DERIVATION
         return made
+
+
+def _in_unicode(image: Dataset) -> Dataset:
+    """The image, which highdicom takes for a model, without its character set: some sets it refuses.
+
+    The text is decoded already, and is encoded when the segmentation is written.
+    """
+    from pydicom.dataset import Dataset
+
+    model = Dataset()
+    model.update(image)
+    model.pop("SpecificCharacterSet", None)
+    return model
 
 
 def _description(number: int, segment: Segment) -> SegmentDescription:
