@@ -150,7 +150,7 @@ class _Writer:
         for number, (name, structure) in enumerate(self.result.structures.items(), start=1):
             own = self._series("REG", 3 + number, f"rigid motion of {name}")
             made = spatial_registration(self.export, own, self._warped(), name, structure)
-            save_object(made, place / f"{number:02d}_{file_word(name)}.dcm")
+            save_object(made, place / bone_file(number, name))
 
     def _series(self, modality: str, number: int, description: str) -> Series:
         maker = "PolyPose" if self.result.trusted else "PolyPose, NOT TRUSTED"
@@ -166,18 +166,23 @@ class _Writer:
         return place
 
 
-def file_word(name: str) -> str:
-    """A name as part of a file's: small letters of ASCII, digits and underscores."""
-    return re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:40] or "bone"
-
-
 def contents_text(result: Result, folder: Path) -> str:
     """What the folder holds, for people."""
     lines = [RESEARCH_ONLY, "", *(f"NOT TRUSTED: {reason}" for reason in result.distrust)]
     for name, text in CONTENTS.items():
         if (folder / name).exists():
             lines += [name, *(f"    {line}" for line in text)]
+    if (folder / BONES).exists():
+        lines += [
+            f"    {bone_file(n, name)}: {text_of(name)}" for n, name in enumerate(result.structures, start=1)
+        ]
     return "\n".join(lines) + "\n"
+
+
+def bone_file(number: int, name: str) -> str:
+    """The name of a bone's file, in small letters of ASCII; number: from 1."""
+    word = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:40] or "bone"
+    return f"{number:02d}_{word}.dcm"
 
 
 def _texts(result: Result) -> list[str]:

@@ -16,9 +16,7 @@ from PolyPoseLib.io import paths as study_paths
 from PolyPoseLib.io import study_schema
 from PolyPoseLib.io.dicom_export.source import SourceSeries, on_slices, placeholder_source, read_source
 from PolyPoseLib.io.segmentations import read_segmentation
-from PolyPoseLib.io.volumes import read_ct
-
-_DICOM_ENDINGS = (".dcm", ".ima")
+from PolyPoseLib.io.volumes import is_dicom_place, read_ct
 
 
 @dataclass(frozen=True)
@@ -122,7 +120,7 @@ def _source(
     path: Path, ct_path: Path, choice: CtChoice, series: str | int | None
 ) -> tuple[SourceSeries, Volume | None]:
     """The CT's series, and the CT where that is not DICOM."""
-    is_dicom = ct_path.is_dir() or ct_path.suffix.lower() in _DICOM_ENDINGS
+    is_dicom = is_dicom_place(ct_path)
     if choice.folder is not None and not is_dicom:
         raise InputError(f"{ct_path}: this is no folder of DICOM slices: give one by --ct.")
     if is_dicom and choice.new_patient is not None:
