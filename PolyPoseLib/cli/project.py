@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from PolyPoseLib.cli._arguments import new_parser
+from PolyPoseLib.errors import UntrustedResultError
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -38,7 +39,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Draw, and say what could not be drawn."""
+    """Draw and say what could not be drawn; raises UntrustedResultError at the end where the result is not trusted."""
     from PolyPoseLib.io.projected.folder import shown_xrays, write_projections
     from PolyPoseLib.io.projected.plan import read_plan
     from PolyPoseLib.io.results import load_result
@@ -56,8 +57,11 @@ def run(arguments: argparse.Namespace) -> int:
             sentences = write_projections(result, parts, xrays, temporary)
     for sentence in sentences:
         print(sentence)
-    for reason in result.distrust:
-        print(f"The result must not be trusted: {reason}")
     files = ", ".join(sorted(each.name for each in arguments.output.iterdir()))
     print(f"Written to {arguments.output}: {files}")
+    if result.distrust:
+        reasons = "; ".join(reason.rstrip(".") for reason in result.distrust)
+        raise UntrustedResultError(
+            f"The pictures were written to {arguments.output} but the result must not be trusted: {reasons}."
+        )
     return 0

@@ -88,7 +88,7 @@ def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: boo
     with folder.whole() as temporary:
         _write_fields(result, temporary)
         write_transform(result.transform, temporary / "transform.h5")
-        write_volume(hounsfield_integers(result.warped_ct), temporary / "warped_ct.nii.gz")
+        write_volume(_hounsfield(result.warped_ct), temporary / "warped_ct.nii.gz")
         write_volume(_labels(result.warped_labels), temporary / "warped_labels.nii.gz")
         if result.inverse_transform is not None:
             write_transform(result.inverse_transform, temporary / INVERSE)
@@ -388,7 +388,7 @@ def _read_camera(value: Any, place: str) -> CameraResult:
     )
 
 
-def hounsfield_integers(ct: Volume) -> Volume:
+def _hounsfield(ct: Volume) -> Volume:
     """HU as 16-bit integers, which halves the file and is how scanners store them; clipped to its range."""
     if np.issubdtype(ct.voxels.dtype, np.integer):
         return ct

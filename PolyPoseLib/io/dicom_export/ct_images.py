@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.io.dicom_export.behind import SlicesBehind
 from PolyPoseLib.io.dicom_export.objects import (
     DERIVATION,
@@ -20,7 +20,6 @@ from PolyPoseLib.io.dicom_export.objects import (
 )
 from PolyPoseLib.io.dicom_export.references import references
 from PolyPoseLib.io.dicom_export.source import CT_IMAGE
-from PolyPoseLib.io.results import hounsfield_integers
 
 if TYPE_CHECKING:
     from pydicom.dataset import Dataset
@@ -39,7 +38,7 @@ def write_warped(
     export
         Patient, study and time.
     volume
-        Hounsfield units on a straight grid of any handedness.
+        Hounsfield units on the CT's grid, whose slices ascend along their normal.
     series
         The new series.
     behind
@@ -74,10 +73,8 @@ def write_converted(export: Export, volume: Volume, series: Series, folder: Path
     """Write a CT that never was DICOM, as the series that the export calls its source; as ``write_warped``."""
     from pydicom.uid import UID
 
-    upwards = export.source.is_ascending(volume)
-
     def complete(made: Dataset, k: int) -> None:
-        image = export.source.images[k if upwards else -1 - k]
+        image = export.source.images[k]
         made.SOPInstanceUID = made.file_meta.MediaStorageSOPInstanceUID = UID(image.sop_instance)
         made.ImageType = ["DERIVED", "SECONDARY", "AXIAL"]
         made.DerivationDescription = "Converted from a file that names no patient"
@@ -110,11 +107,16 @@ def _write(
         header = Dataset()
         header.update(made)
         headers.append(header)
-        pixels = hounsfield_integers(Volume(section[None], volume.affine)).voxels[0]
-        made.PixelData = np.ascontiguousarray(pixels.astype("<i2")).tobytes()
+        made.PixelData = _stored(section)
         made["PixelData"].VR = "OW"
         save_object(made, folder / f"{k + 1:04d}.dcm")
     return headers
+
+
+def _stored(section: np.ndarray) -> bytes:
+    """Hounsfield units (j, i) as 16-bit integers, the nearest where they are beyond."""
+    whole = np.rint(np.nan_to_num(section, nan=AIR_HU))
+    return np.clip(whole, -32768, 32767).astype("<i2").tobytes()
 
 
 def _shared(export: Export, volume: Volume) -> Dataset:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from PolyPoseLib.data.result import Result
-from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.io.dicom_export.behind import slices_behind
 from PolyPoseLib.io.dicom_export.ct_images import write_converted, write_warped
@@ -80,60 +79,63 @@ def export_dicom(
         require_highdicom()
     with claimed_folder(folder, overwrite=False) as claim:
         inputs = read_inputs(Path(study), result, choice or CtChoice())
-        require_space(claim.folder, _bytes_of(result, inputs))
+        segments = segments_present(inputs.warped_labels, inputs.names, inputs.bones)
+        require_space(claim.folder, _bytes_of(result, inputs, segments))
         with claim.whole() as temporary:
-            _write(result, inputs, temporary, leave_out)
+            _write((result, inputs, segments), temporary, leave_out)
     return Path(folder)
 
 
-def _write(result: Result, inputs: ExportInputs, folder: Path, leave_out: Collection[str]) -> None:
+Content = tuple[Result, ExportInputs, list[Segment]]
+"""The result, what it needs, and the segments of its labels."""
+
+
+def _write(content: Content, folder: Path, leave_out: Collection[str]) -> None:
     """Write every object that is wanted."""
-    segments = segments_present(result.warped_labels, inputs.names, inputs.bones)
-    export = Export(inputs.source, (*(each.name for each in segments), *_texts(result)), _note(result))
-    writer = _Writer(result, export, folder, "PolyPose" if result.trusted else "PolyPose, NOT TRUSTED")
-    if inputs.ct is not None:
-        writer.write_original(inputs.ct)
+    writer = _Writer(content, folder)
+    writer.write_original()
     writer.write_ct()
     if SEGMENTATION not in leave_out:
-        writer.write_segmentation(segments)
+        writer.write_segmentation()
     if DEFORMATION not in leave_out:
         writer.write_deformation()
     if BONES not in leave_out:
         writer.write_bones()
-    (folder / "README.txt").write_text(contents_text(result, folder), encoding="utf-8")
+    (folder / "README.txt").write_text(contents_text(content[0], folder), encoding="utf-8")
 
 
 class _Writer:
     """Writes the objects of one export; the warped CT comes first, since the others refer to it."""
 
-    def __init__(self, result: Result, export: Export, folder: Path, maker: str) -> None:
-        self.result = result
-        self.export = export
+    def __init__(self, content: Content, folder: Path) -> None:
+        self.result, self.inputs, self.segments = content
+        texts = (*(each.name for each in self.segments), *_texts(self.result))
+        self.export = Export(self.inputs.source, texts, _note(self.result))
         self.folder = folder
-        self.maker = maker
         self.headers: list[Dataset] = []
         self.warped_series = self._series("CT", 1, "CT in the posture of the X-rays")
 
-    def write_original(self, ct: Volume) -> None:
-        """The CT that was not DICOM."""
-        source = self.export.source
-        own = Series("CT", self._series("CT", 0, "").number, "CT before registration", source.uid)
-        write_converted(self.export, ct, own, self._made("original_ct"))
+    def write_original(self) -> None:
+        """The CT, where it was not DICOM."""
+        if self.inputs.ct is None:
+            return
+        number = self._series("CT", 0, "").number
+        own = Series("CT", number, "CT before registration", self.export.source.uid)
+        write_converted(self.export, self.inputs.ct, own, self._made("original_ct"))
 
     def write_ct(self) -> None:
         """The warped CT."""
-        behind = slices_behind(self.export.source, self.result.warped_ct, self.result.transform)
-        self.headers = write_warped(
-            self.export, self.result.warped_ct, self.warped_series, behind, self._made("ct")
-        )
+        ct = self.inputs.warped_ct
+        behind = slices_behind(self.export.source, ct, self.result.transform)
+        self.headers = write_warped(self.export, ct, self.warped_series, behind, self._made("ct"))
 
-    def write_segmentation(self, segments: Sequence[Segment]) -> None:
+    def write_segmentation(self) -> None:
         """The warped labels."""
-        if not segments:
+        if not self.segments:
             _LOG.warning("No label lies on the warped CT's grid: there is no segmentation to write.")
             return
         own = self._series("SEG", 2, "labels in the posture of the X-rays")
-        made = segmentation(self.export, own, self.result.warped_labels, segments, self.headers)
+        made = segmentation(self.export, own, self.inputs.warped_labels, self.segments, self.headers)
         save_object(made, self.folder / "segmentation.dcm")
 
     def write_deformation(self) -> None:
@@ -148,10 +150,11 @@ class _Writer:
         for number, (name, structure) in enumerate(self.result.structures.items(), start=1):
             own = self._series("REG", 3 + number, f"rigid motion of {name}")
             made = spatial_registration(self.export, own, self._warped(), name, structure)
-            save_object(made, place / f"{number:02d}_{file_word(name)}.dcm")
+            save_object(made, place / bone_file(number, name))
 
     def _series(self, modality: str, number: int, description: str) -> Series:
-        return self.export.series(modality, number, f"{self.maker}: {description}")
+        maker = "PolyPose" if self.result.trusted else "PolyPose, NOT TRUSTED"
+        return self.export.series(modality, number, f"{maker}: {description}")
 
     def _warped(self) -> Warped:
         return Warped(self.warped_series, images_of(self.headers))
@@ -163,18 +166,23 @@ class _Writer:
         return place
 
 
-def file_word(name: str) -> str:
-    """A name as part of a file's: small letters of ASCII, digits and underscores."""
-    return re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:40] or "bone"
-
-
 def contents_text(result: Result, folder: Path) -> str:
     """What the folder holds, for people."""
     lines = [RESEARCH_ONLY, "", *(f"NOT TRUSTED: {reason}" for reason in result.distrust)]
     for name, text in CONTENTS.items():
         if (folder / name).exists():
             lines += [name, *(f"    {line}" for line in text)]
+    if (folder / BONES).exists():
+        lines += [
+            f"    {bone_file(n, name)}: {text_of(name)}" for n, name in enumerate(result.structures, start=1)
+        ]
     return "\n".join(lines) + "\n"
+
+
+def bone_file(number: int, name: str) -> str:
+    """The name of a bone's file, in small letters of ASCII; number: from 1."""
+    word = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:40] or "bone"
+    return f"{number:02d}_{word}.dcm"
 
 
 def _texts(result: Result) -> list[str]:
@@ -192,9 +200,11 @@ def _note(result: Result) -> str:
     return text_of(f"NOT TRUSTED: {reasons} {RESEARCH_ONLY}", 2000) if reasons else RESEARCH_ONLY
 
 
-def _bytes_of(result: Result, inputs: ExportInputs) -> float:
+def _bytes_of(result: Result, inputs: ExportInputs, segments: Sequence[Segment]) -> float:
     """About how many bytes an export takes on the disk."""
-    voxels, slices = result.warped_ct.voxels.size, len(inputs.source.images)
-    volumes = 2.0 * voxels * (1 if inputs.ct is None else 2)
-    references = 150.0 * slices * (len(result.structures) + 40)
-    return volumes + voxels / 4 + 12.0 * np.prod(result.transform.shape) + references + 2e6
+    _, rows, columns = inputs.warped_ct.shape
+    slices = len(inputs.source.images)
+    images = 2.0 * inputs.warped_ct.voxels.size * (1 if inputs.ct is None else 2)
+    frames = sum(each.slices for each in segments) * (rows * columns / 8 + 1000)
+    references = 500.0 * slices * (len(result.structures) + 20)
+    return images + frames + 12.0 * float(np.prod(result.transform.shape)) + references + 2e6

@@ -14,16 +14,9 @@ from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.io import paths as study_paths
 from PolyPoseLib.io import study_schema
-from PolyPoseLib.io.dicom_export.source import (
-    SourceSeries,
-    placeholder_source,
-    read_source,
-    require_same_grid,
-)
+from PolyPoseLib.io.dicom_export.source import SourceSeries, on_slices, placeholder_source, read_source
 from PolyPoseLib.io.segmentations import read_segmentation
-from PolyPoseLib.io.volumes import read_ct
-
-_DICOM_ENDINGS = (".dcm", ".ima")
+from PolyPoseLib.io.volumes import is_dicom_place, read_ct
 
 
 @dataclass(frozen=True)
@@ -51,12 +44,14 @@ class CtChoice:
 
 @dataclass(frozen=True)
 class ExportInputs:
-    """What an export needs besides the result.
+    """What an export needs besides the result's motions.
 
     Attributes
     ----------
     source
         The CT's series.
+    warped_ct, warped_labels
+        The result's, with axes as the CT's slices have them.
     names
         Of the warped labels, by number.
     bones
@@ -67,6 +62,8 @@ class ExportInputs:
     """
 
     source: SourceSeries
+    warped_ct: Volume
+    warped_labels: Volume
     names: Mapping[int, str] = field(default_factory=dict)
     bones: frozenset[int] = frozenset()
     ct: Volume | None = None
@@ -102,20 +99,28 @@ def read_inputs(path: Path, result: Result, choice: CtChoice) -> ExportInputs:
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     source, ct = _source(path, ct_path, choice, fields.get("ct_series"))
-    require_same_grid(source, result.warped_ct, str(ct_path))
+    warped = (
+        on_slices(source, result.warped_ct, str(ct_path)),
+        on_slices(source, _labels(result), str(ct_path)),
+    )
     segmentation = read_segmentation(labels_path, source.grid)
     if segmentation.has_layers:
         names = dict(enumerate(result.structures, start=1))
-        return ExportInputs(source, names, frozenset(names), ct)
+        return ExportInputs(source, *warped, names, frozenset(names), ct)
     names, bones = label_names(segmentation, fields["structures"], fields.get("label_table"))
-    return ExportInputs(source, names, bones, ct)
+    return ExportInputs(source, *warped, names, bones, ct)
+
+
+def _labels(result: Result) -> Volume:
+    """The warped labels, known to be whole numbers."""
+    return Segmentation.from_labels(result.warped_labels, "warped_labels.nii.gz").layers[0]
 
 
 def _source(
     path: Path, ct_path: Path, choice: CtChoice, series: str | int | None
 ) -> tuple[SourceSeries, Volume | None]:
     """The CT's series, and the CT where that is not DICOM."""
-    is_dicom = ct_path.is_dir() or ct_path.suffix.lower() in _DICOM_ENDINGS
+    is_dicom = is_dicom_place(ct_path)
     if choice.folder is not None and not is_dicom:
         raise InputError(f"{ct_path}: this is no folder of DICOM slices: give one by --ct.")
     if is_dicom and choice.new_patient is not None:
@@ -129,7 +134,8 @@ def _source(
             "--ct, or an ID for a new patient by --new-patient, which writes this CT as DICOM, too."
         )
     ct = read_ct(ct_path)
-    return placeholder_source(choice.new_patient, ct), ct
+    source = placeholder_source(choice.new_patient, ct)
+    return source, on_slices(source, ct, str(ct_path))
 
 
 def _require_same_study(path: Path, fields: Mapping[str, Any], result: Result) -> None:

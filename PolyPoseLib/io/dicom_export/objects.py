@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from PolyPoseLib import __version__
+from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.dicom import quiet_pydicom, raw_value
 from PolyPoseLib.io.dicom_export.source import SourceSeries, new_uid
 from PolyPoseLib.io.dicom_export.taken_over import (
@@ -122,17 +123,19 @@ class Export:
     @cached_property
     def character_set(self) -> Any:
         """The CT's own, which the receiver is known to read, where it holds all names; else Unicode."""
-        from pydicom.charset import convert_encodings
+        from pydicom.charset import python_encoding
 
         given = raw_value("SpecificCharacterSet", self.source.header)
+        sets = [given] if isinstance(given, str) else [str(each or "") for each in given or [""]]
+        if not all(each in python_encoding for each in sets):
+            return _UNICODE
         text = "".join(self.names)
         if text.isascii():
             return given
-        with quiet_pydicom():
-            try:
-                text.encode(convert_encodings(given)[0])
-            except (LookupError, UnicodeEncodeError, ValueError):
-                return _UNICODE
+        try:
+            text.encode(python_encoding[sets[0]])
+        except UnicodeEncodeError:
+            return _UNICODE
         return given or _UNICODE
 
     def new_object(self, sop_class: str, series: Series, number: int, frame: str) -> Dataset:
@@ -218,6 +221,14 @@ def decimals(values: Iterable[float]) -> list[str]:
 
 
 def save_object(made: Dataset, path: Path) -> None:
-    """Write an object as a DICOM file."""
+    """Write an object as a DICOM file; raises InputError for values that cannot be written, and OSError."""
     with quiet_pydicom():
-        made.save_as(path, enforce_file_format=True)
+        try:
+            made.save_as(path, enforce_file_format=True)
+        except OSError:
+            raise
+        except Exception:  # pydicom raises nearly every kind for values that are none
+            raise InputError(
+                f"{path}: the CT's header names the patient or the study in a way that DICOM does not allow: export "
+                "the CT from the archive again."
+            ) from None

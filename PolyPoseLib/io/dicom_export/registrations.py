@@ -22,6 +22,7 @@ import numpy as np
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.result import StructureResult
 from PolyPoseLib.geometry.rigid import rigid_inverse
+from PolyPoseLib.io.dicom_export.axes import reordered
 from PolyPoseLib.io.dicom_export.objects import Export, Series, coded, decimals, text_of
 from PolyPoseLib.io.dicom_export.references import referenced_series, references
 from PolyPoseLib.io.dicom_export.source import SourceImage
@@ -116,7 +117,7 @@ def deformable_registration(
     item.RegistrationTypeCodeSequence = [coded(*_BY_CONTENT)]
     item.PreDeformationMatrixRegistrationSequence = [_matrix(np.eye(4))]
     item.PostDeformationMatrixRegistrationSequence = [_matrix(np.eye(4))]
-    item.DeformableRegistrationGridSequence = [_grid(transform)]
+    item.DeformableRegistrationGridSequence = [_grid(transform, export.source.grid.affine)]
     made.DeformableRegistrationSequence = [item]
     return made
 
@@ -161,11 +162,11 @@ def _matrix(matrix: np.ndarray) -> Dataset:
     return item
 
 
-def _grid(field: DisplacementField) -> Dataset:
-    """The vectors on their grid, whose third axis DICOM takes from the first two: it is right-handed."""
+def _grid(field: DisplacementField, like: np.ndarray) -> Dataset:
+    """The vectors on their grid, whose axes follow the CT's; DICOM takes the third from the first two."""
     from pydicom.dataset import Dataset
 
-    vectors, affine = field.vectors, field.affine.copy()
+    vectors, affine = reordered(field.vectors, field.affine, like)
     if np.linalg.det(affine[:3, :3]) < 0:
         affine[:3, 3] += (len(vectors) - 1) * affine[:3, 2]
         affine[:3, 2] *= -1

@@ -40,12 +40,15 @@ class Segment:
         For people.
     is_bone
         Whether a structure of the study has it.
+    slices
+        How many slices hold it.
 
     """
 
     label: int
     name: str
     is_bone: bool
+    slices: int = 1
 
 
 def require_highdicom() -> None:
@@ -70,14 +73,18 @@ def segments_present(labels: Volume, names: Mapping[int, str], bones: Collection
         Labels of the study's structures.
 
     """
-    present = np.flatnonzero(np.bincount(labels.voxels.ravel()))
-    found, taken = [], set()
-    for label in (int(each) for each in present if each):
+    highest = int(labels.voxels.max())
+    slices = np.zeros(highest + 1, int)
+    for section in labels.voxels:
+        slices += np.bincount(section.ravel(), minlength=highest + 1) > 0
+    found: list[Segment] = []
+    taken: set[str] = set()
+    for label in (int(each) for each in np.flatnonzero(slices) if each):
         name = text_of(names.get(label, f"label {label}"), LONGEST_NAME)
         if name in taken:
             name = f"{name[: LONGEST_NAME - 8]} ({label})"
         taken.add(name)
-        found.append(Segment(label, name, label in bones))
+        found.append(Segment(label, name, label in bones, int(slices[label])))
     return found
 
 
@@ -118,7 +125,7 @@ def segmentation(
         numbers[[each.label for each in segments]] = np.arange(1, len(segments) + 1)
         try:
             made = Segmentation(
-                source_images=images,
+                source_images=[_in_unicode(images[0]), *images[1:]],
                 pixel_array=numbers[labels.voxels],
                 segmentation_type="BINARY",
                 segment_descriptions=[_description(n, each) for n, each in enumerate(segments, start=1)],
@@ -133,7 +140,6 @@ def segmentation(
                 content_description="Labels of the CT, carried along",
                 content_label="WARPED_LABELS",
                 series_description=series.description,
-                specific_character_set=None,  # highdicom does not know all; text is encoded when it is written
             )
         except (ValueError, TypeError, AttributeError, KeyError):
             raise InputError(
@@ -148,6 +154,19 @@ def segmentation(
         made.pop("Laterality", None)  # not of segmentations: each segment has its own
         made.DerivationDescription = DERIVATION
         return made
+
+
+def _in_unicode(image: Dataset) -> Dataset:
+    """The image, which highdicom takes for a model, without its character set: some sets it refuses.
+
+    The text is decoded already, and is encoded when the segmentation is written.
+    """
+    from pydicom.dataset import Dataset
+
+    model = Dataset()
+    model.update(image)
+    model.pop("SpecificCharacterSet", None)
+    return model
 
 
 def _description(number: int, segment: Segment) -> SegmentDescription:

@@ -14,6 +14,7 @@ from PolyPoseLib.data.straight_grid import straight_grid
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.dicom import quiet_pydicom, raw_value, read_dataset
+from PolyPoseLib.io.dicom_export.axes import reordered
 from PolyPoseLib.io.dicom_series import read_slices
 from PolyPoseLib.io.slice_stack import Slice, stack_affine
 
@@ -100,10 +101,6 @@ class SourceSeries:
         along = [each.along_mm for each in self.images]
         return float(np.median(np.diff(along))) if len(along) > 1 else 0.0
 
-    def is_ascending(self, volume: Volume) -> bool:
-        """Whether a volume's slices follow each other along the normal, and not against it."""
-        return bool(volume.affine[:3, 2] @ self.normal > 0)
-
 
 def read_source(path: str | Path, series: str | int | None = None) -> SourceSeries:
     """Read the headers of a CT's slices.
@@ -163,11 +160,11 @@ def placeholder_source(patient_id: str, ct: Volume) -> SourceSeries:
     header.SOPClassUID = CT_IMAGE
     for keyword in ("StudyInstanceUID", "SeriesInstanceUID", "FrameOfReferenceUID"):
         setattr(header, keyword, new_uid())
-    normal = np.cross(ct.affine[:3, 0], ct.affine[:3, 1])
-    normal /= np.linalg.norm(normal)
-    places = np.sort([ct.to_world(np.array([0, 0, k])) @ normal for k in range(ct.shape[0])])
+    grid = Volume(*reordered(blank(ct.affine, ct.shape).voxels, ct.affine, np.eye(3)))
+    normal = grid.affine[:3, 2] / grid.spacing[2]
+    places = grid.to_world(np.array([[0, 0, k] for k in range(grid.shape[0])])) @ normal
     images = tuple(SourceImage(CT_IMAGE, new_uid(), float(each)) for each in places)
-    return SourceSeries(header, images, normal, blank(ct.affine, ct.shape))
+    return SourceSeries(header, images, normal, grid)
 
 
 def new_uid() -> str:
@@ -234,28 +231,30 @@ def _require_one(headers: dict[Path, Dataset], path: Path) -> None:
             )
 
 
-def require_same_grid(source: SourceSeries, volume: Volume, where: str) -> None:
-    """Refuse a result of another CT: its grid must fill the same box, whatever the order of its axes.
+def on_slices(source: SourceSeries, volume: Volume, where: str) -> Volume:
+    """A volume of a result with its axes as the CT's slices have them, on the very grid of the CT.
 
     Parameters
     ----------
     source
         The CT's series.
     volume
-        The result's warped CT.
+        On the CT's grid as a file gave it: axes in any order and direction, numbers rounded.
     where
         Opening of the sentence.
 
     Raises
     ------
     InputError
-        The grids' corners differ by more than half a voxel.
+        It is on another grid: corners differ by more than half a voxel.
 
     """
-    between = source.grid.corners()[:, None] - volume.corners()[None]
-    apart = float(np.linalg.norm(between, axis=-1).min(axis=1).max())
-    if apart > 0.5 * float(volume.spacing.min()) or sorted(source.grid.shape) != sorted(volume.shape):
+    voxels, affine = reordered(volume.voxels, volume.affine, source.grid.affine)
+    found = Volume(voxels, affine)
+    apart = float(np.linalg.norm(found.corners() - source.grid.corners(), axis=-1).max())
+    if apart > 0.5 * float(source.grid.spacing.min()) or found.shape != source.grid.shape:
         raise InputError(
             f"{where}: the CT's slices and the result lie on different grids (their corners differ by {apart:.1f} mm): "
             "give the CT from which the result was computed."
         )
+    return Volume(voxels, source.grid.affine)

@@ -148,3 +148,26 @@ def test_a_mirrored_xray_is_drawn_as_its_file_has_it(case, tmp_path):
         assert any("mirrored" in each for each in said) == mirrored
         columns.append(float((folder / "points.csv").read_text().splitlines()[1].split(",")[2]))
     assert columns[0] + columns[1] == pytest.approx(59, abs=2e-3)
+
+
+def test_a_result_that_must_not_be_trusted_is_drawn_and_ends_with_status_3(case, tmp_path, capsys):
+    result = seen_result(0)
+    result.distrust = ("the similarity did not rise.",)
+    result.save(tmp_path / "result")
+    plan = str(case / "plan.csv")
+    status = main(["project", str(tmp_path / "result"), plan, "--output", str(tmp_path / "drawn")])
+    assert status == 3 and "must not be trusted: the similarity did not rise." in capsys.readouterr().err
+    pictures = [
+        sitk.GetArrayFromImage(sitk.ReadImage(str(folder / "xray_0.png"))).astype(int)
+        for folder in (tmp_path / "drawn", _drawn(case, tmp_path))
+    ]
+    red = [(each[..., 0] - each[..., 1] > 80).sum() for each in pictures]
+    assert red[0] > 100 and red[1] == 0
+
+
+def _drawn(case, tmp_path):
+    """The same with a result that is trusted."""
+    seen_result(0).save(tmp_path / "trusted")
+    arguments = ["project", tmp_path / "trusted", case / "plan.csv", "--output", tmp_path / "plain"]
+    assert main([str(each) for each in arguments]) == 0
+    return tmp_path / "plain"

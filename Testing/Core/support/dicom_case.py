@@ -15,7 +15,7 @@ from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.result import CameraResult, Result, StructureResult
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.io.volumes import read_volume, write_volume
+from PolyPoseLib.io.volumes import read_ct, write_volume
 
 SHAPE = (12, 20, 16)
 STEP_MM = 1.5
@@ -40,22 +40,25 @@ class DicomCase:
     formula: object
 
 
-def write_dicom_case(folder: Path, seed=0, left_handed=False, **tags) -> DicomCase:
-    """Write slices in an oblique direction, a label map and a study; the result's grid may be left-handed."""
+def write_dicom_case(folder: Path, seed=0, left_handed=False, axes=None, **tags) -> DicomCase:
+    """Write slices in an oblique direction, a label map and a study; the result's grid may be left-handed.
+
+    tags: attributes of every slice, and what else ``write_stack`` takes.
+    """
     rng = np.random.default_rng(seed)
     folder.mkdir(exist_ok=True)
-    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0][:2].ravel()
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0][:2].ravel() if axes is None else axes
     voxels = np.rint(gaussian_filter(rng.normal(size=SHAPE), 2.0) * 9000).clip(-1000, 3000).astype(int)
     voxels.flat[:2] = -1000, 1500
     tags = {"FrameOfReferenceUID": generate_uid(), "StudyInstanceUID": generate_uid(), **PATIENT, **tags}
     write_stack(folder / "ct", voxels, axes.tolist(), STEP_MM, **tags)
-    ct = read_volume(folder / "ct")
-    labels = np.zeros(SHAPE, np.uint8)
+    ct = read_ct(folder / "ct")
+    labels = np.zeros(ct.shape, np.uint8)
     labels[2:10, 3:9, 3:13], labels[3:9, 11:17, 4:12] = 25, 75
     labels[0, 0, :3] = 51
     if left_handed:
         affine = ct.affine.copy()
-        affine[:3, 3] += (SHAPE[0] - 1) * affine[:3, 2]
+        affine[:3, 3] += (ct.shape[0] - 1) * affine[:3, 2]
         affine[:3, 2] *= -1
         ct, labels = Volume(ct.voxels[::-1].copy(), affine), labels[::-1].copy()
     write_volume(Volume(labels, ct.affine), folder / "labels.nii.gz")
@@ -65,11 +68,11 @@ def write_dicom_case(folder: Path, seed=0, left_handed=False, **tags) -> DicomCa
         "structures": {"pelvis": [25], "femur_left": [75]}, "label_table": "totalsegmentator_v2",
     }  # fmt: skip
     (folder / "study.json").write_text(json.dumps(study))
-    result, formula = _result(rng, ct, Volume(labels, ct.affine))
+    result, formula = result_of(rng, ct, Volume(labels, ct.affine))
     return DicomCase(folder / "study.json", folder / "ct", result, formula)
 
 
-def _result(rng, ct: Volume, labels: Volume):
+def result_of(rng, ct: Volume, labels: Volume):
     """A result whose field is a slow wave, sampled finely enough to be interpolated to 0.01 mm."""
     wave, phase = rng.normal(size=(3, 3)) / 60, rng.uniform(0, 6, 3)
 

@@ -74,6 +74,23 @@ def test_the_warped_series_is_the_results_ct(exported):
     assert expected.std() > 50
 
 
+def test_the_warped_slices_lie_as_the_cts_do(exported):
+    case, folder = exported
+    taken = ("ImageOrientationPatient", "ImagePositionPatient", "PixelSpacing", "Rows", "Columns")
+
+    def planes(files):
+        read = sorted(map(pydicom.dcmread, files), key=lambda each: each.InstanceNumber)
+        return [[np.ravel(each[name].value).astype(float) for name in taken] for each in read]
+
+    ours, theirs = planes((folder / "ct").iterdir()), planes(case.ct_folder.iterdir())
+    assert len(ours) == len(theirs)
+    for one, other in zip(ours, theirs, strict=True):
+        assert all(np.abs(a - b).max() < 2e-6 for a, b in zip(one, other, strict=True))
+    grid = pydicom.dcmread(folder / "deformation.dcm").DeformableRegistrationSequence[0]
+    turned = grid.DeformableRegistrationGridSequence[0].ImageOrientationPatient
+    assert np.abs(np.array(turned, float) - ours[0][0]).max() < 1e-6
+
+
 def test_the_deformation_leads_from_the_warped_series_to_the_ct(exported):
     case, folder = exported
     whole = pydicom.dcmread(folder / "deformation.dcm")

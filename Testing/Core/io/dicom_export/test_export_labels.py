@@ -87,7 +87,8 @@ def test_segments_of_a_dicom_segmentation_keep_their_names(tmp_path):
 
 def test_without_any_label_there_is_no_segmentation(tmp_path, caplog):
     case = write_dicom_case(tmp_path / "case")
-    case.result.warped_labels = Volume(np.zeros_like(case.result.warped_labels.voxels), np.eye(4))
+    labels = case.result.warped_labels
+    case.result.warped_labels = labels.with_voxels(np.zeros_like(labels.voxels))
     folder = export_dicom(case.result, case.study, tmp_path / "dicom")
     assert not (folder / "segmentation.dcm").exists()
     assert "there is no segmentation to write" in caplog.text

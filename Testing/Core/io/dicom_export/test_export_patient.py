@@ -20,6 +20,7 @@ NAMES = [
     (["", "ISO 2022 IR 87"], "Yamada^Tarou=山田^太郎=やまだ^たろう", "femur"),
     (["", "ISO 2022 IR 149"], "Hong^Gildong=洪^吉洞=홍^길동", "대퇴골"),
     (None, "Nobody^Nowhere", "股骨"),
+    ("NO SUCH SET", "Nobody^Nowhere", "femur"),
 ]
 
 

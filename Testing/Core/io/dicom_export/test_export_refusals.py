@@ -11,6 +11,8 @@ from pydicom.uid import generate_uid
 
 from PolyPoseLib.__main__ import main
 from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.dicom_export.export import export_dicom
 from PolyPoseLib.io.volumes import read_volume, write_volume
 
 
@@ -141,12 +143,32 @@ def test_a_damaged_slice_is_named(tmp_path, capsys, case):
     assert str(file) in refusal(tmp_path, capsys, case)
 
 
-def test_values_beyond_16_bits_are_stored_as_the_nearest(tmp_path, case):
-    from PolyPoseLib.io.dicom_export.export import export_dicom
+def test_changed_bytes_of_the_patient_and_study_end_in_objects_or_a_sentence(tmp_path, case):
+    rng = np.random.default_rng(0)
+    whole = {file: file.read_bytes() for file in case.ct_folder.iterdir()}
+    ends = []
+    for number in range(16):
+        for file, content in whole.items():
+            low, high = content.index(b"\x08\x00\x20\x00"), content.index(b"\x20\x00\x0d\x00")
+            changed = bytearray(content)
+            changed[low + int(rng.random() * (high - low))] = int(rng.integers(256))
+            file.write_bytes(changed)
+        try:
+            export_dicom(case.result, case.study, tmp_path / str(number), leave_out=["segmentation", "bones"])
+            ends.append("written")
+        except InputError:
+            ends.append("refused")
+            assert not (tmp_path / str(number)).exists()
+        rng = np.random.default_rng(number + 1)
+    assert set(ends) == {"written", "refused"}
 
+
+def test_values_beyond_16_bits_are_stored_as_the_nearest(tmp_path, case):
     voxels = case.result.warped_ct.voxels.copy()
     voxels.flat[:3] = 1e6, -1e6, np.nan
-    case.result.warped_ct = Volume(voxels, case.result.warped_ct.affine)
-    folder = export_dicom(case.result, case.study, tmp_path / "dicom", leave_out=["segmentation"])
-    pixels = pydicom.dcmread(folder / "ct/0001.dcm").pixel_array.ravel()[:3]
-    assert pixels.tolist() == [32767, -32768, -1000]
+    for kind, expected in ((np.float32, [32767, -32768, -1000]), (np.int32, [32767, -32768])):
+        with np.errstate(invalid="ignore"):
+            case.result.warped_ct = Volume(voxels.astype(kind), case.result.warped_ct.affine)
+        folder = export_dicom(case.result, case.study, tmp_path / kind.__name__, leave_out=["segmentation"])
+        pixels = pydicom.dcmread(folder / "ct/0001.dcm").pixel_array.ravel()
+        assert pixels[: len(expected)].tolist() == expected

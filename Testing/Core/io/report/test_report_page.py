@@ -2,6 +2,8 @@
 
 import dataclasses
 import re
+import shutil
+import subprocess
 from html.parser import HTMLParser
 
 import pytest
@@ -138,3 +140,25 @@ def test_a_reason_and_a_minus_zero_do_and_do_not_appear():
     assert "The similarity did not rise." in read.text() and not re.search(r"-0\.0\b", read.text())
     assert any("bad" in each.get("class", "") for each in read.all("p"))
     assert not any("good" in each.get("class", "") for each in read.all("p"))
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs the browser Chromium")
+def test_in_a_browser_the_pages_own_script_runs_and_no_other(tmp_path):
+    result = seen_result()
+    hostile = '<img src=x onerror="document.title=1"><script>document.title="2"</script>'
+    result.structures = {"pelvis": result.structures["pelvis"], hostile: result.structures["femur"]}
+    (tmp_path / "report.html").write_text(page_of(summary_of(result)), encoding="utf-8")
+    options = [
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        f"--user-data-dir={tmp_path / 'profile'}",
+        "--dump-dom",
+    ]
+    command = ["chromium", *options, "--enable-logging=stderr", (tmp_path / "report.html").as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    read = Page(done.stdout)
+    (bar,) = (each for each in read.all("div") if each.get("class") == "controls")
+    assert "hidden" not in bar  # the script shows it
+    assert read.text().count("<script>document.title") > 2 and "<title>PolyPose report</title>" in done.stdout
+    assert "CONSOLE" not in done.stderr, done.stderr
