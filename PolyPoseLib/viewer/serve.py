@@ -9,6 +9,7 @@ import os
 import socket
 import sys
 import webbrowser
+from threading import Thread
 from typing import Any
 
 from PolyPoseLib.errors import InputError
@@ -105,7 +106,8 @@ def _announce(port: int, guard: Any, browser: bool) -> None:
     print(said, file=sys.stderr, flush=True)
     print(f"{start}{guard.token}", flush=True)
     if screen and browser:
-        webbrowser.open(f"{start}{guard.ticket}")
+        # Some browsers' starters return only when the browser ends.
+        Thread(target=webbrowser.open, args=(f"{start}{guard.ticket}",), daemon=True).start()
 
 
 def has_screen() -> bool:
