@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from PolyPoseLib.evaluation.score import score_result as evaluate
     from PolyPoseLib.geometry import se3
     from PolyPoseLib.geometry.camera import Camera
+    from PolyPoseLib.io.dicom_export.export import export_dicom
     from PolyPoseLib.io.results import load_result, save_result
     from PolyPoseLib.io.studies import load_study
     from PolyPoseLib.io.truths import load_truth
@@ -55,6 +56,7 @@ __all__ = [
     "Xray",
     "__version__",
     "evaluate",
+    "export_dicom",
     "gmncc",
     "load_result",
     "load_study",
@@ -84,6 +86,7 @@ _HOMES = {
     "Volume": "data.volume",
     "Xray": "data.xray",
     "evaluate": "evaluation.score:score_result",
+    "export_dicom": "io.dicom_export.export",
     "gmncc": "similarity.ncc",
     "load_result": "io.results",
     "load_study": "io.studies",

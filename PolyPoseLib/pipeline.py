@@ -14,6 +14,7 @@ from PolyPoseLib.data.progress import CancelQuery, Monitor, ProgressCallback
 from PolyPoseLib.data.result import CameraResult, Result, StructureResult, installed_versions
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.view_names import view_name
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.io.machine_memory import require_memory
 from PolyPoseLib.io.transforms import preview_writer
 from PolyPoseLib.registration.bones.agreement import structure_agreement
@@ -258,6 +259,8 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted, device: s
         warped_ct=warped.ct,
         warped_labels=warped.labels,
         transform=warped.transform,
+        inverse_transform=warped.inverse,
+        structure_labels=Volume(study.structures.labels, study.ct.affine),
         renderings_before=renderings[0],
         renderings_after=renderings[1],
         xray_images=[xray.image for xray in fitted.cameras.xrays],
@@ -282,13 +285,13 @@ def _warped(study: Study, options: Options, run: Run, joint: JointResult) -> War
 
 
 def _renderings(run: Run, fitted: _Fitted) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Of every view, at rest with its initial camera and as registered."""
+    """Of every view through the camera found: at rest and as registered, so that what differs is the bones' motion."""
     run.step(0, 1)
     with run.timed():
-        initial = [each.camera for each in fitted.cameras.initial]
+        cameras = fitted.joint.cameras
         return (
-            render_views(run, initial, run.scene.rest_poses),
-            render_views(run, fitted.joint.cameras, fitted.joint.poses),
+            render_views(run, cameras, run.scene.rest_poses),
+            render_views(run, cameras, fitted.joint.poses),
         )
 
 

@@ -9,7 +9,10 @@ from collections.abc import Iterator
 from importlib import import_module
 from types import ModuleType
 
-ORDER = ("register", "cameras", "train", "structures", "simulate", "evaluate", "sample", "demo")
+ORDER = (
+    "register", "view", "cameras", "train", "structures", "simulate", "evaluate", "transform", "project", "dicom",
+    "sample", "demo",
+)  # fmt: skip
 """Order in the help; a module that is not listed comes last."""
 
 

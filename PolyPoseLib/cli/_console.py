@@ -170,7 +170,7 @@ def _cell(value: object) -> str:
     if value is None:
         return "-"
     if isinstance(value, float):
-        return "-" if value != value else f"{value:.2f}"
+        return "-" if value != value else f"{round(value, 2) + 0.0:.2f}"  # without a minus before zero
     return str(value)
 
 

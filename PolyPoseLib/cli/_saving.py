@@ -79,9 +79,14 @@ def _save_without_large_files(result: Result, folder: Path) -> str:
                 save_summary(result, place, picture)
             except (InputError, OSError):
                 continue
-            names = " and ".join(sorted(each.name for each in place.iterdir()))
+            names = _listed(sorted(each.name for each in place.iterdir()))
             return f"Without the volumes, the result was saved in {place} ({names})."
     return "Not even the motions could be saved."
+
+
+def _listed(names: list[str]) -> str:
+    """Names in a sentence, the last one after "and"."""
+    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
 
 
 def _free_name(parent: Path, name: str) -> Path:

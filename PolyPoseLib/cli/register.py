@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Register and save; raises UntrustedResultError after saving when the result must not be trusted."""
     from PolyPoseLib.cli._saving import save_or_rescue
     from PolyPoseLib.io.disk_space import require_space
-    from PolyPoseLib.io.results import REPORT, expected_bytes
+    from PolyPoseLib.io.results import PAGE, REPORT, expected_bytes
     from PolyPoseLib.io.whole_folders import claimed_folder
 
     with claimed_folder(arguments.output, arguments.overwrite) as claim:
@@ -55,9 +55,9 @@ def run(arguments: argparse.Namespace) -> int:
         print(motion_table(result))
         print("".join(f"\n{line}" for line in doubt_lines(result)), end="")
         print(f"\nResult: {output}")
-        picture = output / REPORT
-        if picture.is_file():
-            print(f"Picture: {picture}")
+        for what, file in (("Page", output / PAGE), ("Picture", output / REPORT)):
+            if file.is_file():
+                print(f"{what}: {file}")
     if result.distrust:
         raise UntrustedResultError(
             f"The result was saved in {output} but must not be trusted: "

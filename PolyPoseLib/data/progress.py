@@ -26,7 +26,8 @@ class Monitor:
     Attributes
     ----------
     history : list of dict
-        One entry per iteration that has a similarity: stage, iteration, similarity, seconds.
+        One entry per iteration that has a similarity: stage, iteration, similarity, seconds, and level_mm where the
+        stage has resolution levels.
     seconds : dict
         Time of every stage.
 
@@ -51,14 +52,22 @@ class Monitor:
         of: int,
         similarity: float | None,
         preview: Callable[[], str | None] | None = None,
+        level_mm: float | None = None,
     ) -> None:
-        """Report one iteration; raises CancelledError when the caller wants to stop."""
+        """Report one iteration; raises CancelledError when the caller wants to stop.
+
+        level_mm: size of the pixels and voxels that are compared, in the patient.
+        """
         if self._cancel is not None and self._cancel():
             raise CancelledError("The registration was cancelled.")
         if similarity is not None:
-            self.history.append(
-                {"stage": stage, "iteration": iteration, "similarity": similarity, "seconds": self.elapsed}
-            )
+            entry = {
+                "stage": stage,
+                "iteration": iteration,
+                "similarity": similarity,
+                "seconds": self.elapsed,
+            }
+            self.history.append(entry if level_mm is None else {**entry, "level_mm": level_mm})
         if self._progress is not None:
             path = preview() if preview is not None else None
             self._progress(Progress(stage, iteration, of, similarity, self.elapsed, path))

@@ -15,6 +15,8 @@ from PolyPoseLib import __version__
 from PolyPoseLib.geometry.camera import Camera
 
 if TYPE_CHECKING:
+    from PolyPoseLib.carrying.points import PointCarrier
+    from PolyPoseLib.data.carried import CarriedMesh, CarriedPoints
     from PolyPoseLib.data.displacement_field import DisplacementField
     from PolyPoseLib.data.volume import Volume
 
@@ -134,7 +136,7 @@ class Result:
     cameras : list of CameraResult
         In the order of the study's X-rays.
     history : list of dict
-        One entry per iteration: stage, iteration, similarity, and seconds when known.
+        One entry per iteration: stage, iteration, similarity, and seconds and level_mm when known.
     seconds : {str: float}
         Time of every stage.
     device, versions : str, dict
@@ -146,13 +148,18 @@ class Result:
     transform : DisplacementField
         Displacements from fixed to moving points.
     renderings_before, renderings_after, xray_images : list of (H, W) arrays
-        Line integrals, one image per view; only the second is kept in a result's folder.
+        Line integrals, one image per view, both renderings through the cameras found; only the second is kept in a
+        result's folder.
     xray_masks : list of (H, W) bool arrays
         True where a pixel was compared.
     distrust : sequence of str
         Reasons why the result must not be trusted; empty when there are none.
     anchor : str
         The structure that defines the cameras, "" when it is not known.
+    structure_labels : Volume or None
+        In the CT's frame: n belongs to the nth of ``structures``; None in results of earlier versions.
+    inverse_transform : DisplacementField or None
+        Displacements from moving to fixed points; None in results of earlier versions.
 
     """
 
@@ -172,6 +179,9 @@ class Result:
     xray_masks: list[np.ndarray] = field(default_factory=list)
     distrust: tuple[str, ...] = ()
     anchor: str = ""
+    structure_labels: Volume | None = None
+    inverse_transform: DisplacementField | None = None
+    _carrier: PointCarrier | None = field(default=None, init=False, repr=False, compare=False)
 
     @property
     def trusted(self) -> bool:
@@ -186,6 +196,94 @@ class Result:
         from PolyPoseLib.io.results import save_result
 
         return save_result(self, Path(folder), overwrite)
+
+    def transform_points(self, points: np.ndarray, to: str = "xray") -> CarriedPoints:
+        """Carry points between the CT and the patient as X-rayed.
+
+        Points inside a bone take the bone's own rigid motion exactly, all others the dense transform.
+
+        Parameters
+        ----------
+        points : (N, 3) array
+            LPS mm.
+        to : {"xray", "ct"}
+            From the CT to the patient as X-rayed, or the other way.
+
+        Returns
+        -------
+        CarriedPoints
+            In the frame ``to``, with the covariance of each and what moved it.
+
+        Raises
+        ------
+        InputError
+            Other shapes or numbers, or a result of an earlier version, which has no label map of its structures.
+
+        """
+        return self.point_carrier()(points, to)
+
+    def transform_mesh(self, vertices: np.ndarray, faces: np.ndarray, to: str = "xray") -> CarriedMesh:
+        """Carry a surface mesh between the CT and the patient as X-rayed.
+
+        Parameters
+        ----------
+        vertices : (N, 3) array
+            LPS mm.
+        faces : (M, 3) array of int
+            Indices of each triangle's vertices.
+        to : {"xray", "ct"}
+            As for :meth:`transform_points`.
+
+        Returns
+        -------
+        CarriedMesh
+            The carried vertices, each with its covariance and what moved it, and the faces as they were.
+
+        Raises
+        ------
+        InputError
+            As :meth:`transform_points`, and for faces of vertices that there are not.
+
+        """
+        from PolyPoseLib.data.carried import CarriedMesh, require_faces
+
+        kept = require_faces(faces, len(vertices))
+        return CarriedMesh(self.transform_points(vertices, to), kept)
+
+    def transform_image(self, volume: Volume, to: str = "xray", labels: bool = False) -> Volume:
+        """Carry an image or a label map between the CT and the patient as X-rayed, by the dense transform.
+
+        Parameters
+        ----------
+        volume : Volume
+            Anything in the other frame: an image, a dose, labels.
+        to : {"xray", "ct"}
+            As for :meth:`transform_points`.
+        labels : bool
+            Whether the values are labels, which are never mixed.
+
+        Returns
+        -------
+        Volume
+            On the volume's own grid and of its type; its lowest value (0 for labels) where nothing came to lie.
+
+        Raises
+        ------
+        InputError
+            Labels that are not whole numbers.
+
+        """
+        from PolyPoseLib.carrying.images import carry_volume
+
+        return carry_volume(self, volume, to, labels)
+
+    def point_carrier(self) -> PointCarrier:
+        """What carries this result's points, prepared once; raises InputError as :meth:`transform_points`."""
+        if self._carrier is None:
+            from PolyPoseLib.carrying.points import PointCarrier
+
+            self._carrier = PointCarrier(self)
+        return self._carrier
 
 
 def installed_versions() -> dict[str, str]:

@@ -58,12 +58,29 @@ def read_dicom_volume(path: str | Path, series: str | int | None = None) -> Volu
     """
     path = Path(path)
     with _quiet():
-        headers = _headers(path)
-        chosen = _choose_series(path, headers, series)
-        slices = _enhanced_slices(*chosen[0]) if _is_multiframe(chosen) else _plain_slices(path, chosen)
-        slices = sorted_slices(slices)
+        slices = read_slices(path, series)
         affine = stack_affine(slices, str(path))
         return Volume(stack_pixels(slices, path), affine)
+
+
+def read_slices(path: Path, series: str | int | None = None) -> list[Slice]:
+    """The slices of a series in ascending order along their normal, without pixels.
+
+    Parameters
+    ----------
+    path, series
+        As for `read_dicom_volume`.
+
+    Raises
+    ------
+    InputError
+        No images, several series, or headers that do not say where their slice is.
+
+    """
+    with _quiet():
+        chosen = _choose_series(path, _headers(path), series)
+        slices = _enhanced_slices(*chosen[0]) if _is_multiframe(chosen) else _plain_slices(path, chosen)
+        return sorted_slices(slices)
 
 
 def _headers(path: Path) -> list[tuple[Path, Any]]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +34,7 @@ from PolyPoseLib.io.json_records import (
     string,
     whole_number,
 )
+from PolyPoseLib.io.result_readme import README, README_TEXT
 from PolyPoseLib.io.transforms import read_transform, write_transform
 from PolyPoseLib.io.volumes import read_volume, write_volume
 from PolyPoseLib.io.whole_folders import FolderClaim, claimed_folder, restore_folder
@@ -41,7 +44,16 @@ _LOG = logging.getLogger(__name__)
 VERSION = 1
 
 REPORT = "report.png"
-"""The picture; a result may lack it."""
+"""The report's picture; a result may lack it."""
+
+XRAY_UNITS = 1000
+"""Of xray_N.nii.gz for a line integral of 1."""
+
+PAGE = "report.html"
+"""The report as a page that opens offline; a result may lack it."""
+
+INVERSE, STRUCTURES = "inverse_transform.h5", "structures.nii.gz"
+"""Files that results of earlier versions lack."""
 
 
 def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: bool = False) -> Path:
@@ -78,20 +90,27 @@ def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: boo
         write_transform(result.transform, temporary / "transform.h5")
         write_volume(_hounsfield(result.warped_ct), temporary / "warped_ct.nii.gz")
         write_volume(_labels(result.warped_labels), temporary / "warped_labels.nii.gz")
+        if result.inverse_transform is not None:
+            write_transform(result.inverse_transform, temporary / INVERSE)
+        if result.structure_labels is not None:
+            write_volume(_labels(result.structure_labels), temporary / STRUCTURES)
+        (temporary / README).write_text(README_TEXT, encoding="utf-8")
         for number, (rendering, camera) in enumerate(
             zip(result.renderings_after, result.cameras, strict=True)
         ):
             write_volume(_image_volume(rendering, camera), temporary / f"xray_{number}_drr.nii.gz")
-        _write_picture(result, temporary / REPORT)
+        for number, (image, camera) in enumerate(zip(result.xray_images, result.cameras, strict=False)):
+            write_volume(_image_volume(_thousandths(image), camera), temporary / f"xray_{number}.nii.gz")
+        _write_report(result, temporary)
     return folder.folder
 
 
 def save_summary(result: Result, folder: str | Path, picture: bool = True) -> Path:
-    """Write result.json alone, or with the report; raises InputError as ``save_result`` does."""
+    """Write result.json alone, or with the report (picture); raises InputError as ``save_result`` does."""
     with claimed_folder(folder, overwrite=False) as claim, claim.whole() as temporary:
         _write_fields(result, temporary)
         if picture:
-            _write_picture(result, temporary / REPORT)
+            _write_report(result, temporary)
     return Path(folder)
 
 
@@ -112,7 +131,7 @@ def _bytes_of(result: Result) -> float:
 
 def _expected(voxels: int, nodes: int, pixels: int) -> float:
     """Bytes on the disk: measured on real CTs, whose noise takes 0.9 to 1.2 bytes per voxel when compressed."""
-    return 1.25 * voxels + 24 * nodes + 3.5 * pixels + 2e6
+    return 1.25 * voxels + 48 * nodes + 6 * pixels + 3.5e6
 
 
 def _write_fields(result: Result, folder: Path) -> None:
@@ -120,12 +139,28 @@ def _write_fields(result: Result, folder: Path) -> None:
     (folder / "result.json").write_text(json_text(result_fields(result)), encoding="utf-8")
 
 
-def _write_picture(result: Result, path: Path) -> None:
-    """Draw the report, or log why there is none; raises OSError when the system refuses to write it."""
-    from PolyPoseLib.io.report import write_report
+def _write_report(result: Result, folder: Path) -> None:
+    """Write the report as a page and as a picture: what cannot be made is left out with a warning."""
+    from PolyPoseLib.io import report
 
+    page, picture = folder / PAGE, folder / REPORT
+    summary = None
+    with _left_out_if_it_fails(page, picture):
+        summary = report.summary_of(result)
+    if summary is None:
+        return
+    with _left_out_if_it_fails(page):
+        report.write_page(summary, page)
+    with _left_out_if_it_fails(picture):
+        report.write_picture(summary, picture)
+
+
+@contextmanager
+def _left_out_if_it_fails(*paths: Path) -> Iterator[None]:
+    """Turn a failure to draw files into a warning and remove them; raises OSError when the system refuses to write."""
     try:
-        write_report(result, path)
+        yield
+        return
     except InputError as error:
         reason = str(error)
     except OSError as error:
@@ -136,10 +171,10 @@ def _write_picture(result: Result, path: Path) -> None:
         )
     except Exception as error:  # drawing can fail in ways of its own, such as a picture of too many pixels
         reason = f"The report could not be drawn ({type(error).__name__}: {error})."
-    else:
-        return
-    path.unlink(missing_ok=True)
-    _LOG.warning("%s The result is saved without %s.", " ".join(reason.split())[:400], path.name)
+    for path in paths:
+        path.unlink(missing_ok=True)
+    names = " and ".join(path.name for path in paths)
+    _LOG.warning("%s The result is saved without %s.", " ".join(reason.split())[:400], names)
 
 
 def result_fields(result: Result) -> dict[str, Any]:
@@ -201,7 +236,8 @@ def load_result(folder: str | Path) -> Result:
     Returns
     -------
     Result
-        Without the X-rays' images, masks and first renderings, which the folder does not hold.
+        Without the X-rays' images, masks and first renderings, which the folder does not hold; without inverse
+        transform and label map of structures where an earlier version wrote it.
 
     Raises
     ------
@@ -248,10 +284,49 @@ def load_result(folder: str | Path) -> Result:
         warped_ct=read_volume(folder / "warped_ct.nii.gz"),
         warped_labels=read_volume(folder / "warped_labels.nii.gz"),
         transform=read_transform(folder / "transform.h5"),
+        inverse_transform=read_transform(folder / INVERSE) if (folder / INVERSE).is_file() else None,
+        structure_labels=_read_structure_labels(folder / STRUCTURES, len(structures)),
         renderings_after=[
             read_volume(folder / f"xray_{number}_drr.nii.gz").voxels[0] for number in range(len(cameras))
         ],
+        xray_images=_read_xrays(folder, cameras),
     )
+
+
+def _read_structure_labels(path: Path, count: int) -> Volume | None:
+    """The label map of the structures, None where an earlier version wrote none; raises InputError when damaged."""
+    if not path.is_file():
+        return None
+    labels = read_volume(path)
+    if not np.issubdtype(labels.voxels.dtype, np.integer):
+        raise InputError(f"{path}: the file is damaged, register again: its labels are no whole numbers.")
+    low, high = int(labels.voxels.min()), int(labels.voxels.max())
+    if low < 0 or high > count:
+        raise InputError(
+            f"{path}: the file is damaged, register again: its labels run from {low} to {high}, and result.json has "
+            f"{count} structures."
+        )
+    return labels
+
+
+def _read_xrays(folder: Path, cameras: list[CameraResult]) -> list[np.ndarray]:
+    """The X-rays as line integrals (H, W) float32; none where the folder is of an earlier version.
+
+    Raises InputError where only some are there, or one has not its camera's size.
+    """
+    paths = [folder / f"xray_{number}.nii.gz" for number in range(len(cameras))]
+    if not any(path.exists() for path in paths):
+        return []
+    images = []
+    for path, camera in zip(paths, cameras, strict=True):
+        image = read_volume(path).voxels[0].astype(np.float32) / XRAY_UNITS
+        if image.shape != (camera.height, camera.width):
+            raise InputError(
+                f"{path}: the X-ray has {image.shape[1]} x {image.shape[0]} pixels but its camera in result.json "
+                f"{camera.width} x {camera.height}: the folder is damaged, register again."
+            )
+        images.append(image)
+    return images
 
 
 def _read_step(value: Any, place: str) -> dict[str, Any]:
@@ -262,6 +337,7 @@ def _read_step(value: Any, place: str) -> dict[str, Any]:
         ("iteration", whole_number(0)),
         ("similarity", real_or_nan),
         ("seconds", real),
+        ("level_mm", real),
     ):
         if name in record.fields:
             record.required(name, parser)
@@ -322,17 +398,22 @@ def _hounsfield(ct: Volume) -> Volume:
     return Volume(stored, ct.affine)
 
 
+def _thousandths(image: np.ndarray) -> np.ndarray:
+    """Line integrals as 16-bit integers, which is finer than an X-ray's noise; clipped to their range."""
+    return np.clip(np.rint(np.nan_to_num(image) * XRAY_UNITS), -32768, 32767).astype(np.int16)
+
+
 def _labels(labels: Volume) -> Volume:
     """Labels in the smallest unsigned type that holds them."""
     return Volume(labels.voxels.astype(np.min_scalar_type(int(labels.voxels.max()))), labels.affine)
 
 
 def _image_volume(image: np.ndarray, camera: CameraResult) -> Volume:
-    """A rendering as a volume of one slice with pixel spacing on the plane at unit focal length times 1000
+    """An image as a volume of one slice with pixel spacing on the plane at unit focal length times 1000
     mm.
 
     Pixels have no place in the patient's space; spacing keeps their aspect ratio for viewers.
     """
     focal = camera.intrinsics[0, 0], camera.intrinsics[1, 1]
     affine = np.diag([1000 / focal[0], 1000 / focal[1], 1.0, 1.0])
-    return Volume(np.asarray(image, dtype=np.float32)[None], affine)
+    return Volume(np.asarray(image, dtype=np.int16 if image.dtype == np.int16 else np.float32)[None], affine)

@@ -36,7 +36,7 @@ _BODY_NAMES = ("body", "external", "skin", "outline", "patient")
 
 
 @dataclass
-class _Count:
+class ContourCount:
     """What was read so far."""
 
     contours: int = 0
@@ -80,14 +80,14 @@ def read_rtstruct(path: Path, reference: Volume | None) -> Segmentation:
         int(each.ROINumber): segment_name(each.get("ROIName"), f"ROI {each.ROINumber}") for each in listed
     }
     contours: dict[int, list[np.ndarray]] = {number: [] for number in names}
-    count = _Count()
+    count = ContourCount()
     for each in drawn:
         number = int(each.ReferencedROINumber)
         if number not in contours:
             raise InputError(
                 f"{path}: contours belong to a structure that it does not list: export it again."
             )
-        contours[number] += _contours(each.get("ContourSequence") or [], count, path)
+        contours[number] += closed_contours(each.get("ContourSequence") or [], count, path)
     if not any(contours.values()):
         raise InputError(
             f"{path}: the structure set holds no closed contour: draw structures as closed contours slice by slice, or "
@@ -112,7 +112,7 @@ def _bodies(whole: Any, names: dict[int, str]) -> set[int]:
     return external | {number for number, name in names.items() if name.lower() in _BODY_NAMES}
 
 
-def _contours(items: Any, count: _Count, path: Path) -> list[np.ndarray]:
+def closed_contours(items: Any, count: ContourCount, path: Path) -> list[np.ndarray]:
     """Points (N, 3) LPS mm of the closed contours of one structure, each once."""
     found: dict[bytes, np.ndarray] = {}
     for each in items:
@@ -123,14 +123,14 @@ def _contours(items: Any, count: _Count, path: Path) -> list[np.ndarray]:
         if kind not in _CLOSED:
             count.others += kind != "POINT"
             continue
-        points = _points(each, count, path)
+        points = contour_points(each, count, path)
         if len(points):
             # Twice the same contour would be a hole in itself.
             found.setdefault(points.tobytes(), points)
     return list(found.values())
 
 
-def _points(contour: Any, count: _Count, path: Path) -> np.ndarray:
+def contour_points(contour: Any, count: ContourCount, path: Path) -> np.ndarray:
     """Contour Data (3006,0050) as (N, 3), 0 where it is empty."""
     # The bytes are converted at once: number by number, pydicom takes minutes.
     element = contour.get_item("ContourData")

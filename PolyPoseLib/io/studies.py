@@ -56,16 +56,7 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
         ct_path = study_paths.resolve(fields["ct"], "ct", folder, allow_outside)
         labels_path = study_paths.resolve(fields["segmentation"], "segmentation", folder, allow_outside)
         options = _with_paths(fields.get("options") or {}, folder, allow_outside)
-        entries: list[dict[str, Any]] = [
-            {
-                name: study_paths.resolve(value, f'xrays"[{number}]."{name}', folder, allow_outside)
-                if name in ("image", "mask", "calibration") and value is not None
-                else value
-                for name, value in xray.items()
-            }
-            for number, xray in enumerate(fields["xrays"])
-        ]
-        study_paths.require_different_images([(each["image"], each.get("frame")) for each in entries])
+        entries = _xray_entries(fields, folder, allow_outside)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     xrays = tuple(
@@ -110,6 +101,35 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
         )
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
+
+
+def load_study_xrays(path: str | Path, allow_outside: bool = False) -> list[tuple[Path, Xray]]:
+    """Read the X-rays of a study alone, each with the file that it comes from; raises InputError as ``load_study``."""
+    path = Path(path)
+    fields = study_schema.read(path)
+    try:
+        entries = _xray_entries(fields, path.parent.resolve(), allow_outside)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    return [
+        (Path(entry["image"]), _read_xray(entry, number, f'{path}: "xrays"[{number}]'))
+        for number, entry in enumerate(entries)
+    ]
+
+
+def _xray_entries(fields: Mapping[str, Any], folder: Path, allow_outside: bool) -> list[dict[str, Any]]:
+    """The fields of every X-ray with whole paths; raises InputError for paths that may not be read."""
+    entries: list[dict[str, Any]] = [
+        {
+            name: study_paths.resolve(value, f'xrays"[{number}]."{name}', folder, allow_outside)
+            if name in ("image", "mask", "calibration") and value is not None
+            else value
+            for name, value in xray.items()
+        }
+        for number, xray in enumerate(fields["xrays"])
+    ]
+    study_paths.require_different_images([(each["image"], each.get("frame")) for each in entries])
+    return entries
 
 
 def _with_paths(options: Mapping[str, Any], folder: Path, allow_outside: bool) -> dict[str, Any]:

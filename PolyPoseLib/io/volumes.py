@@ -49,7 +49,7 @@ def read_volume(path: str | Path, series: str | int | None = None) -> Volume:
 
     """
     path = Path(path)
-    if path.is_dir() or path.suffix.lower() in _DICOM_ENDINGS:
+    if is_dicom_place(path):
         volume = read_dicom_volume(path, series)
     else:
         image = read_scalar_image(path)
@@ -59,6 +59,11 @@ def read_volume(path: str | Path, series: str | int | None = None) -> Volume:
             raise InputError(f"{path}: {error}") from None
     _check_finite(volume, path)
     return volume
+
+
+def is_dicom_place(path: Path) -> bool:
+    """Whether a path is read as DICOM: a folder of slices, or a multi-frame file."""
+    return path.is_dir() or path.suffix.lower() in _DICOM_ENDINGS
 
 
 def write_volume(volume: Volume, path: str | Path) -> None:

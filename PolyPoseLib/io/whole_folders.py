@@ -26,8 +26,8 @@ from PolyPoseLib.io.signals import deferred_signals
 _LOG = logging.getLogger(__name__)
 
 _OURS = re.compile(
-    r"^(result\.json|(inverse_)?transform\.h5|warped_ct\.nii\.gz|warped_labels\.nii\.gz|report\.(png|html))$"
-    r"|^xray_\d+_drr\.nii\.gz$"
+    r"^(result\.json|(inverse_)?transform\.h5|(warped_ct|warped_labels|structures)\.nii\.gz|report\.(png|html))$"
+    r"|^xray_\d+(_drr)?\.nii\.gz$"
 )
 
 
@@ -67,7 +67,8 @@ def _check_contents(folder: Path, overwrite: bool, name: Path | None = None) -> 
     if not folder.is_dir():
         raise InputError(f"{name or folder}: this is a file: choose a folder for --output.")
     names = sorted(each.name for each in folder.iterdir())
-    others = [name for name in names if not _OURS.match(name)]
+    ours = ["README.txt"] if "result.json" in names else []  # without a result beside it, it is another's
+    others = [name for name in names if not _OURS.match(name) and name not in ours]
     if others:
         raise InputError(
             f'{name or folder}: the folder holds files that are no result ("{others[0]}"): choose a new or empty '

@@ -70,6 +70,10 @@ def at_true_size(result: Result, factor: float) -> Result:
         warped_ct=_volume(result.warped_ct, back),
         warped_labels=_volume(result.warped_labels, back),
         transform=field_at_true_size(result.transform, factor),
+        inverse_transform=None
+        if result.inverse_transform is None
+        else field_at_true_size(result.inverse_transform, factor),
+        structure_labels=None if result.structure_labels is None else _volume(result.structure_labels, back),
         renderings_before=[image * np.float32(back) for image in result.renderings_before],
         renderings_after=[image * np.float32(back) for image in result.renderings_after],
         xray_images=[image * np.float32(back) for image in result.xray_images],

@@ -32,8 +32,8 @@ _SCENE = 25
 _OUTPUT = 6
 """Bytes per voxel of the warped CT and the warped labels."""
 
-_NODE = 24
-"""Bytes per node of the transform."""
+_NODE = 56
+"""Bytes per node of the transform, of its inverse, and while it is fitted to the bones."""
 
 _SLAB = 150
 """Bytes per node of a slab of the transform that is worked on."""

@@ -20,6 +20,8 @@ from PolyPoseLib.registration.scene import WORKING_MM
 from PolyPoseLib.rendering.rigid import project_body
 from PolyPoseLib.warp.composition import compose_warped_ct, compose_warped_labels
 from PolyPoseLib.warp.dense import AnyWarp, displacement_field, warp_labels, warp_volume
+from PolyPoseLib.warp.inverse import invert_field
+from PolyPoseLib.warp.on_bones import fitted_to_bones
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp
 from PolyPoseLib.warp.unfold import unfolded
 from PolyPoseLib.warp.weights import distance_maps
@@ -52,12 +54,15 @@ class Warped:
         HU, in the fixed frame.
     labels : Volume
         In the fixed frame, numbered as in the study's segmentation.
+    inverse : DisplacementField
+        Moving to fixed, of ``transform``.
 
     """
 
     transform: DisplacementField
     ct: Volume
     labels: Volume
+    inverse: DisplacementField
 
 
 def warp_study(
@@ -78,7 +83,7 @@ def warp_study(
     composed : bool
         Lay every bone rigidly over the warped soft tissue instead of warping everything alike.
     unfold : bool
-        Relax folds out of the soft tissue.
+        Relax folds out of the soft tissue, and fit the transform to the bones where the warp keeps them rigid.
 
     Returns
     -------
@@ -90,15 +95,20 @@ def warp_study(
     exact = soft.warp(distances, poses)
     affine, shape, aligned = transform_grid(study.ct, spacing_mm)
     as_posed = soft.moved(displacement_field(exact, affine, shape))
-    transform = unfolded(as_posed, _near_bone(exact, affine)) if unfold else as_posed
+    without_folds = unfolded(as_posed, _near_bone(exact, affine)) if unfold else as_posed
+    transform = without_folds
+    bones = Volume(study.structures.labels, study.ct.affine)
+    if unfold and exact.form == "rigid" and exact.frame == "moving":
+        transform = fitted_to_bones(without_folds, bones, poses)
     small = study.ct.voxels.size * len(study.structures.names) <= EXACT_WORK
-    is_exact = transform is as_posed and soft.coefficients is None
+    is_exact = without_folds is as_posed and soft.coefficients is None
     warp: AnyWarp = exact if small and not aligned and is_exact else transform
-    labels = study.source_segmentation or Volume(study.structures.labels, study.ct.affine)
+    inverse = invert_field(transform).field
+    labels = study.source_segmentation or bones
     if composed:
         ct = compose_warped_ct(study.ct, study.structures, poses, warp)
-        return Warped(transform, ct, compose_warped_labels(labels, study.structures, poses, warp))
-    return Warped(transform, warp_volume(study.ct, warp), warp_labels(labels, warp))
+        return Warped(transform, ct, compose_warped_labels(labels, study.structures, poses, warp), inverse)
+    return Warped(transform, warp_volume(study.ct, warp), warp_labels(labels, warp), inverse)
 
 
 def _near_bone(warp: PolyrigidWarp, affine: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:

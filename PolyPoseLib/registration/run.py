@@ -44,6 +44,8 @@ class Run:
         that people read are divided by it.
     hidden : mapping of int to float
         Shares, 0 to 1, that metal hides of the structures that their joints hold the more for it.
+    level_mm : float, optional
+        Size of the pixels and voxels of the present resolution level, in the scene; None where there are no levels.
 
     """
 
@@ -54,6 +56,7 @@ class Run:
     preview: Preview | None = None
     magnification: float = 1.0
     hidden: Mapping[int, float] = field(default_factory=dict)
+    level_mm: float | None = None
 
     @property
     def scene(self) -> Scene:
@@ -75,7 +78,11 @@ class Run:
 
     def named(self, stage: str) -> Run:
         """The same run in another stage."""
-        return replace(self, stage=stage)
+        return replace(self, stage=stage, level_mm=None)
+
+    def at_level(self, size_mm: float | None) -> Run:
+        """The same stage at a resolution level."""
+        return replace(self, level_mm=size_mm)
 
     def step(
         self,
@@ -103,7 +110,8 @@ class Run:
         """
         preview = self.preview
         show = (lambda: preview(field())) if preview is not None and field is not None else None
-        self.monitor.step(self.stage, iteration, of, similarity, show)
+        level_mm = None if self.level_mm is None else self.level_mm / self.magnification
+        self.monitor.step(self.stage, iteration, of, similarity, show, level_mm)
 
     def timed(self) -> AbstractContextManager[None]:
         """Count the time spent inside as the stage's."""

@@ -110,7 +110,7 @@ def find_camera_by_anchor(
             image = np.zeros(view.image.shape, np.float32)
             image[part.slices] = part.image
             similarity, slope = score(image)
-            run.step(done + iteration, total, similarity)
+            run.at_level(voxel_size(ct, level)).step(done + iteration, total, similarity)
             assert part.jacobian is not None, "it was asked for"
             by_left = np.tensordot(part.jacobian, slope[part.slices], 2)
             parameters = adam.ascend(parameters, se3.left_jacobian(vector).numpy().T @ by_left)
@@ -154,7 +154,7 @@ def fit_structures_by_gmncc(
     adam = Adam(pose_rates())
     total, done = sum(level.iterations for level in levels), 0
 
-    def report(before: int, iteration: int, parameters: np.ndarray, similarity: float) -> None:
+    def report(run: Run, before: int, iteration: int, parameters: np.ndarray, similarity: float) -> None:
         number, field = before + iteration, None
         if number % PREVIEW_EVERY == 0:
             field = partial(run.soft_tissue.coarse_field, poses_of(parameters, scene.centres))
@@ -164,12 +164,13 @@ def fit_structures_by_gmncc(
         views = [view_of(each, level.pixels) for each in observations]
         grid, step = attenuation_grid(ct, level.voxel_mm), sample_distance(ct, level)
         objective = PolyrigidObjective(run, grid, warp, views, step)
+        said = partial(report, run.at_level(voxel_size(ct, level)), done)
         if optimizer == "lm":
-            parameters = _minimised(objective, parameters, level.iterations, partial(report, done))
+            parameters = _minimised(objective, parameters, level.iterations, said)
         else:
             for iteration in range(level.iterations):
                 similarity, gradient = objective(parameters)
-                report(done, iteration, parameters, similarity)
+                said(iteration, parameters, similarity)
                 gradient[scene.anchor] = 0
                 parameters = adam.ascend(parameters, gradient)
         done += level.iterations
@@ -198,6 +199,11 @@ def view_of(observation: Observation, pixels: int) -> View:
     factor = max(1, min(round(max(height, width) / pixels), min(height, width) // 16))
     image, mask = binned(observation.image, observation.mask, factor)
     return View(image, mask, observation.camera.binned(factor))
+
+
+def voxel_size(ct: Volume, level: PaperLevel) -> float:
+    """Size of a level's voxels in mm."""
+    return level.voxel_mm or float(np.min(ct.spacing))
 
 
 def sample_distance(ct: Volume, level: PaperLevel) -> float:

@@ -128,7 +128,8 @@ def fit_structures(
             poses = restart_bones(run, observations, poses, stage.restart, unplaced)
         if stage.restart_inconsistent and unplaced:
             poses = restart_inconsistent(run, observations, poses, stage.restart_inconsistent, unplaced)
-        fit = _LevelFit(run.named("bones"), observations, stage, () if stage.holds_cameras else free_cameras)
+        here = run.named("bones").at_level(stage.level.size_mm)
+        fit = _LevelFit(here, observations, stage, () if stage.holds_cameras else free_cameras)
         fitted = fit.fit(poses, done, total)
         run = replace(run, soft_tissue=fit.views.run.soft_tissue)
         poses = fitted.poses

@@ -70,7 +70,7 @@ def _refine(run: Run, observation: Observation, level: Level, done: int, total: 
         views.views[0].weight = robust_weight(views.views[0], problem.residual(state, 0), region)
 
     def before_step(state: State, iteration: int, cost: float) -> None:
-        run.step(done + iteration, total, None if iteration == 0 else 1 - cost / 2)
+        run.at_level(level.size_mm).step(done + iteration, total, None if iteration == 0 else 1 - cost / 2)
         weigh(state)
 
     start = views.at_rest(1)

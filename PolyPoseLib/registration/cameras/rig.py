@@ -149,7 +149,7 @@ def _refine(run: Run, observations: Sequence[Observation], level: Level, done: i
     whole, bones = views.whole_ct(free_cameras=[rig]), views.structures()
 
     def before_step(state: State, iteration: int, cost: float) -> None:
-        run.step(done + iteration, total, None if iteration == 0 else 1 - cost / 2)
+        run.at_level(level.size_mm).step(done + iteration, total, None if iteration == 0 else 1 - cost / 2)
         posed = State(run.scene.rest_poses, state.corrections)
         for n, view in enumerate(views.views):
             region = anchor_region(run.scene, bones, posed, n)

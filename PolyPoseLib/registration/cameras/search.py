@@ -333,6 +333,7 @@ class _SearchProgress(Monitor):
         of: int,
         similarity: float | None,
         preview: Callable[[], str | None] | None = None,
+        level_mm: float | None = None,
     ) -> None:
         """What a refinement calls before each of its iterations."""
         self._report()

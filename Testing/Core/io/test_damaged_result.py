@@ -100,7 +100,10 @@ def test_whatever_stands_anywhere_is_refused_in_a_sentence_or_can_be_used(folder
     folder, text = folder
     (folder / "result.json").write_text(text)
     whole = load_result(folder)
-    monkeypatch.setattr(results, "read_volume", lambda path: whole.warped_ct)
+    labels = whole.structure_labels
+    monkeypatch.setattr(
+        results, "read_volume", lambda path: labels if path.name == results.STRUCTURES else whole.warped_ct
+    )
     monkeypatch.setattr(results, "read_transform", lambda path: whole.transform)
     fields, refused = json.loads(text), 0
     for place in list(places(fields)):

@@ -3,9 +3,8 @@
 import numpy as np
 import pydicom
 import pytest
-from dicom_stack import SHAPE, header, stack, write_stack
-from pydicom.dataset import Dataset
-from pydicom.uid import EnhancedCTImageStorage, generate_uid
+from dicom_stack import SHAPE, enhanced, stack, write_stack
+from pydicom.uid import generate_uid
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.volumes import read_ct, read_volume
@@ -105,27 +104,6 @@ def test_folders_without_a_ct_are_refused(tmp_path):
     write_stack(tmp_path / "nowhere", stack(), ImagePositionPatient=None)
     with pytest.raises(InputError, match="ImagePositionPatient"):
         read_volume(tmp_path / "nowhere")
-
-
-def enhanced(voxels, order):
-    """One file with a frame for each slice, the frames in this order."""
-    file = header(generate_uid(), EnhancedCTImageStorage)
-    file.NumberOfFrames = SHAPE[0]
-    frames = []
-    for n in order:
-        plane, frame = Dataset(), Dataset()
-        plane.ImagePositionPatient = [0, 0, 1.5 * float(n)]
-        frame.PlanePositionSequence = [plane]
-        frames.append(frame)
-    shared, orientation, measures, rescale = (Dataset() for _ in range(4))
-    orientation.ImageOrientationPatient = [1, 0, 0, 0, 1, 0]
-    measures.PixelSpacing = [0.7, 0.9]
-    rescale.RescaleIntercept, rescale.RescaleSlope = -1024, 1
-    shared.PlaneOrientationSequence, shared.PixelMeasuresSequence = [orientation], [measures]
-    shared.PixelValueTransformationSequence = [rescale]
-    file.SharedFunctionalGroupsSequence, file.PerFrameFunctionalGroupsSequence = [shared], frames
-    file.PixelData = (voxels[order] + 1024).astype("<u2").tobytes()
-    return file
 
 
 def test_enhanced_ct_is_read_by_its_functional_groups(tmp_path):

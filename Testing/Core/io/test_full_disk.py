@@ -25,7 +25,7 @@ from PolyPoseLib.io.transforms import preview_writer
 from PolyPoseLib.io.whole_folders import claimed_folder
 
 Usage = namedtuple("Usage", "total used free")
-SMALL = {"result.json", "report.png"}
+SMALL = {"result.json", "report.html", "report.png"}
 
 
 @pytest.fixture
@@ -79,7 +79,7 @@ def test_without_a_person_the_small_files_are_kept_beside_the_place(tmp_path, re
             save(make_result(number), tmp_path / "out")
         assert str(caught.value) == (
             f"{tmp_path / 'out' / 'warped_ct.nii.gz'}: the disk is full: free some space, or choose another folder. "
-            f"Without the volumes, the result was saved in {tmp_path / name} (report.png and result.json)."
+            f"Without the volumes, the result was saved in {tmp_path / name} (report.html, report.png and result.json)."
         )
         assert {each.name for each in (tmp_path / name).iterdir()} == SMALL
         assert json.loads((tmp_path / name / "result.json").read_text())["structures"]
@@ -101,7 +101,9 @@ def test_or_among_the_temporary_files(tmp_path, nearly_full, monkeypatch):
         return summary(result, folder, picture)
 
     monkeypatch.setattr(_saving, "save_summary", refuse_on_disk)
-    with pytest.raises(InputError, match=r"saved in .*tmp/out-summary \(report\.png and result\.json\)\.$"):
+    with pytest.raises(
+        InputError, match=r"saved in .*tmp/out-summary \(report\.html, report\.png and result\.json\)\.$"
+    ):
         save(make_result(), tmp_path / "disk" / "out")
 
     def without_picture(result, folder, picture):

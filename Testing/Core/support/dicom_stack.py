@@ -2,7 +2,7 @@
 
 import numpy as np
 from pydicom.dataset import Dataset, FileMetaDataset
-from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian, generate_uid
+from pydicom.uid import CTImageStorage, EnhancedCTImageStorage, ExplicitVRLittleEndian, generate_uid
 
 SHAPE = (8, 5, 6)
 
@@ -55,3 +55,24 @@ def stack(seed=0):
     voxels = np.random.default_rng(seed).integers(-1000, 1500, SHAPE)
     voxels.flat[:2] = -1000, 1500
     return voxels
+
+
+def enhanced(voxels, order):
+    """One file with a frame for each slice, the frames in this order."""
+    file = header(generate_uid(), EnhancedCTImageStorage, *voxels.shape[1:])
+    file.NumberOfFrames = len(voxels)
+    frames = []
+    for n in order:
+        plane, frame = Dataset(), Dataset()
+        plane.ImagePositionPatient = [0, 0, 1.5 * float(n)]
+        frame.PlanePositionSequence = [plane]
+        frames.append(frame)
+    shared, orientation, measures, rescale = (Dataset() for _ in range(4))
+    orientation.ImageOrientationPatient = [1, 0, 0, 0, 1, 0]
+    measures.PixelSpacing = [0.7, 0.9]
+    rescale.RescaleIntercept, rescale.RescaleSlope = -1024, 1
+    shared.PlaneOrientationSequence, shared.PixelMeasuresSequence = [orientation], [measures]
+    shared.PixelValueTransformationSequence = [rescale]
+    file.SharedFunctionalGroupsSequence, file.PerFrameFunctionalGroupsSequence = [shared], frames
+    file.PixelData = (voxels[order] + 1024).astype("<u2").tobytes()
+    return file

@@ -10,7 +10,8 @@ from PolyPoseLib.geometry.camera import Camera
 
 FILES = {
     "result.json", "transform.h5", "warped_ct.nii.gz", "warped_labels.nii.gz", "xray_0_drr.nii.gz",
-    "xray_1_drr.nii.gz", "report.png",
+    "xray_1_drr.nii.gz", "report.png", "report.html", "xray_0.nii.gz", "xray_1.nii.gz",
+    "inverse_transform.h5", "structures.nii.gz", "README.txt",
 }  # fmt: skip
 
 
@@ -46,6 +47,10 @@ def make_result(seed=0, views=2) -> Result:
         warped_ct=Volume(rng.integers(-1000, 1500, shape).astype(np.float32), affine),
         warped_labels=Volume(rng.integers(0, 200, shape).astype(np.int16), affine),
         transform=DisplacementField(rng.normal(size=(5, 6, 7, 3)).astype(np.float32), np.diag([4, -4, 4, 1])),
+        inverse_transform=DisplacementField(
+            rng.normal(size=(5, 6, 7, 3)).astype(np.float32), np.diag([4, -4, 4, 1])
+        ),
+        structure_labels=Volume(rng.integers(0, 3, shape).astype(np.int16), affine),
         renderings_after=images,
         renderings_before=[image + 1 for image in images],
         xray_images=[image + 2 for image in images],

@@ -1,0 +1,136 @@
+"""Which kind of file is carried, and how: chosen by its name's ending, and by its content for DICOM."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from PolyPoseLib.carrying.lines import carry_with_lines
+from PolyPoseLib.data.carried import CarriedPoints, Frame
+from PolyPoseLib.data.result import Result
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.carried.images import IMAGE_ENDINGS, carry_image
+from PolyPoseLib.io.carried.markups import (
+    Markups,
+    read_fiducials,
+    read_markups,
+    write_fiducials,
+    write_markups,
+)
+from PolyPoseLib.io.carried.meshes import MESH_ENDINGS, read_vertices, write_vertices
+from PolyPoseLib.io.carried.screws import read_screws, write_screws
+from PolyPoseLib.io.carried.table import read_table, write_table
+from PolyPoseLib.io.carried.words import summary
+from PolyPoseLib.io.dicom import looks_like_dicom
+
+DICOM_ENDINGS = (".dcm", ".ima", "")
+
+POINT_ENDINGS = (".csv", ".mrk.json", ".fcsv", ".json")
+
+ALL_ENDINGS = (*POINT_ENDINGS, *MESH_ENDINGS, *IMAGE_ENDINGS, ".dcm")
+
+
+def ending_of(path: Path) -> str:
+    """The ending that tells a file's kind, "" for none; raises InputError for one that is not known."""
+    name = path.name.lower()
+    for ending in sorted(ALL_ENDINGS + DICOM_ENDINGS[:2], key=len, reverse=True):
+        if name.endswith(ending):
+            return ".dcm" if ending == ".ima" else ending
+    if path.is_file() and looks_like_dicom(path):
+        return ".dcm"
+    raise InputError(
+        f"{path}: this kind of file is not carried: give landmarks (.csv, .mrk.json, .fcsv), a plan of screws (.json), "
+        f"a mesh ({', '.join(MESH_ENDINGS)}), an image or label map (.nii.gz, .nrrd, .mha), or an RT Dose or RT "
+        "Structure Set (.dcm)."
+    )
+
+
+def require_endings(source: Path, target: Path) -> None:
+    """Refuse a target whose name asks for another kind of file than the source is; points may become a table."""
+    kind, wanted = ending_of(source), target.name.lower()
+    if kind == ".json" and wanted.endswith(".mrk.json"):
+        raise InputError(f"{target}: a plan of screws is written as .json or .csv, not as .mrk.json.")
+    if wanted.endswith(kind) or (kind in POINT_ENDINGS and wanted.endswith(".csv")):
+        return
+    if kind == ".dcm" and not Path(wanted).suffix:
+        return
+    if kind in IMAGE_ENDINGS and any(wanted.endswith(each) for each in IMAGE_ENDINGS):
+        return
+    also = " or .csv" if kind in POINT_ENDINGS and kind != ".csv" else ""
+    raise InputError(f"{target}: what {source.name} becomes is written as {kind}{also}: let the name end so.")
+
+
+def carry_file(result: Result, source: Path, target: Path, to: Frame, labels: bool | None = None) -> str:
+    """Carry a file.
+
+    Parameters
+    ----------
+    result : Result
+        Of the registration.
+    source, target : Path
+        What is read, and where to write.
+    to : {"xray", "ct"}
+        The frame to which it is carried.
+    labels : bool, optional
+        Whether an image is a label map; None to tell by its values.
+
+    Returns
+    -------
+    str
+        What to say of it.
+
+    Raises
+    ------
+    InputError
+        A kind of file that is not known, a damaged file, or a result of an earlier version.
+
+    """
+    if not source.is_file():
+        raise InputError(f"{source}: there is no such file; check the name and the folder.")
+    kind = ending_of(source)
+    require_endings(source, target)
+    if kind == ".dcm":
+        from PolyPoseLib.io.carried.dicom_rt import carry_dicom
+
+        return carry_dicom(result, source, target, to)
+    if kind in IMAGE_ENDINGS:
+        return carry_image(result, source, target, to, labels)
+    if kind in MESH_ENDINGS:
+        return _carry_mesh(result, source, target, to)
+    return _carry_points(result, source, target, to, kind)
+
+
+def _carry_mesh(result: Result, source: Path, target: Path, to: Frame) -> str:
+    carrier = result.point_carrier()
+    vertices, signs = read_vertices(source)
+    carried = carrier(vertices, to)
+    write_vertices(target, source, signs, carried, tuple(result.structures))
+    return summary(carried, "vertices")
+
+
+def _carry_points(result: Result, source: Path, target: Path, to: Frame, kind: str) -> str:
+    """Landmarks and screws; every kind may be written as a table instead of its own."""
+    carrier = result.point_carrier()
+    lines: Sequence[tuple[int, int]] = ()
+    write: Callable[[Path, CarriedPoints], None] | None = None
+    if kind == ".csv":
+        labels, points = read_table(source)
+    elif kind == ".json":
+        plan = read_screws(source)
+        labels, points = plan.labels, plan.points
+        lines = [(n, n + 1) for n in range(0, len(points), 2)]
+        write = lambda path, carried: write_screws(path, plan, carried)  # noqa: E731
+    else:
+        fiducials = kind == ".fcsv"
+        markups: Markups = read_fiducials(source) if fiducials else read_markups(source)
+        labels, points, lines = markups.labels, markups.points, markups.lines
+        writer = write_fiducials if fiducials else write_markups
+        write = lambda path, carried: writer(path, markups, carried)  # noqa: E731
+    carried = carry_with_lines(carrier, np.asarray(points, dtype=np.float64), lines, to)
+    if write is None or target.name.lower().endswith(".csv"):
+        write_table(target, labels, carried)
+    else:
+        write(target, carried)
+    return summary(carried)

@@ -1,0 +1,35 @@
+"""What is said of carried points, in files and on the console."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from PolyPoseLib.data.carried import CHI2_95, CarriedPoints
+
+
+def point_words(carried: CarriedPoints, n: int) -> str:
+    """About one point: what moved it and its 95 % ellipsoid; without commas, which some formats separate by."""
+    said = f"moved by {carried.moved_by[n].replace(',', ' ')}"
+    covariance = carried.covariances[n]
+    if np.isfinite(covariance).all():
+        variances = np.linalg.eigvalsh(covariance).clip(min=0)
+        axes = " x ".join(f"{each:.1f}" for each in np.sqrt(CHI2_95 * variances))
+        upper = " ".join(f"{covariance[place]:.4g}" for place in zip(*np.triu_indices(3), strict=True))
+        said += f"; 95 % ellipsoid of half axes {axes} mm; covariance xx xy xz yy yz zz (LPS mm^2) {upper}"
+    return said if carried.inside[n] else said + "; outside of the transform's grid"
+
+
+def summary(carried: CarriedPoints, what: str = "points") -> str:
+    """About all points, for the console."""
+    moved = ", ".join(f"{count} by {name}" for name, count in Counter(carried.moved_by).most_common())
+    said = f"{len(carried.points)} {what}: {moved}"
+    axes = carried.semi_axes_mm[:, 2]
+    if np.isfinite(axes).any():
+        said += (
+            f"; longest half axis of the 95 % ellipsoids: median {np.nanmedian(axes):.1f} mm, "
+            f"largest {np.nanmax(axes):.1f} mm"
+        )
+    outside = int(np.count_nonzero(~carried.inside))
+    return said + (f"; {outside} outside of the transform's grid, extrapolated" if outside else "")

@@ -1,0 +1,1 @@
+"""A result as DICOM: CT series, segmentation, and registrations, for planning systems."""

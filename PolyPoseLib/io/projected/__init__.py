@@ -1,0 +1,1 @@
+"""A plan on the CT drawn onto the X-rays of a result."""

@@ -1,0 +1,151 @@
+"""A plan on the CT, read from files and carried to the patient as X-rayed: points, lines, surfaces and labels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from PolyPoseLib.carrying.lines import carry_with_lines
+from PolyPoseLib.data.carried import CarriedPoints
+from PolyPoseLib.data.result import Result
+from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.carried.files import POINT_ENDINGS
+from PolyPoseLib.io.carried.images import IMAGE_ENDINGS
+from PolyPoseLib.io.carried.markups import read_fiducials, read_markups
+from PolyPoseLib.io.carried.meshes import MESH_ENDINGS, read_surface
+from PolyPoseLib.io.carried.screws import read_screws
+from PolyPoseLib.io.carried.table import read_table
+from PolyPoseLib.io.dicom import looks_like_dicom
+
+MOST_REGIONS = 100
+"""Of a label map; more outlines than these hide the X-ray."""
+
+
+@dataclass(frozen=True)
+class PlanPoints:
+    """Carried points.
+
+    Attributes
+    ----------
+    labels : tuple of str
+        Of the N points.
+    carried : CarriedPoints
+        In the frame of the X-rays.
+    lines : tuple of (int, int)
+        Pairs of points that a straight line joins.
+
+    """
+
+    labels: tuple[str, ...]
+    carried: CarriedPoints
+    lines: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True)
+class PlanSurface:
+    """A carried surface: vertices (N, 3) LPS mm in the frame of the X-rays, triangles (T, 3), and what to call it.
+
+    Surfaces are numbered, as names of files often hold a patient's.
+    """
+
+    name: str
+    vertices: np.ndarray
+    triangles: np.ndarray
+
+
+@dataclass(frozen=True)
+class PlanRegions:
+    """Carried regions: a label map in the frame of the X-rays, in which n belongs to the nth name."""
+
+    names: tuple[str, ...]
+    labels: Volume
+
+
+PlanPart = PlanPoints | PlanSurface | PlanRegions
+
+
+def read_plan(result: Result, path: Path, number: int = 1) -> list[PlanPart]:
+    """Read one file of a plan and carry what it holds.
+
+    Parameters
+    ----------
+    result : Result
+        Of the registration.
+    path : Path
+        Points (.csv, .mrk.json, .fcsv), screws (.json), a mesh, or regions: a label map, .seg.nrrd, DICOM SEG or RT
+        Structure Set.
+    number : int
+        Of the file among those of the plan, by which a surface is called.
+
+    Raises
+    ------
+    InputError
+        A kind of file that is no plan, or a damaged one.
+
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file; check the name and the folder.")
+    name = path.name.lower()
+    ending = next((each for each in sorted(_ENDINGS, key=len, reverse=True) if name.endswith(each)), "")
+    if ending in POINT_ENDINGS:
+        return [_points(result, path, ending)]
+    if ending in MESH_ENDINGS:
+        vertices, triangles = read_surface(path)
+        return [PlanSurface(f"mesh {number}", result.point_carrier().move(vertices, "xray"), triangles)]
+    if ending in IMAGE_ENDINGS or looks_like_dicom(path):
+        return _regions(result, path)
+    raise InputError(
+        f"{path}: this kind of file is no plan: give points (.csv, .mrk.json, .fcsv), screws (.json), a mesh "
+        f"({', '.join(MESH_ENDINGS)}), a label map (.nii.gz, .nrrd, .mha), or a DICOM segmentation or structure set."
+    )
+
+
+_ENDINGS = (*POINT_ENDINGS, *MESH_ENDINGS, *IMAGE_ENDINGS)
+
+
+def _points(result: Result, path: Path, ending: str) -> PlanPoints:
+    lines: tuple[tuple[int, int], ...] = ()
+    if ending == ".csv":
+        labels, points = read_table(path)
+    elif ending == ".json":
+        plan = read_screws(path)
+        labels, points = plan.labels, plan.points
+        lines = tuple((n, n + 1) for n in range(0, len(points), 2))
+    else:
+        markups = read_fiducials(path) if ending == ".fcsv" else read_markups(path)
+        labels, points, lines = markups.labels, markups.points, markups.lines
+    points = np.asarray(points, dtype=np.float64)
+    carried = carry_with_lines(result.point_carrier(), points, lines, "xray")
+    return PlanPoints(tuple(labels), carried, lines)
+
+
+def _regions(result: Result, path: Path) -> list[PlanPart]:
+    """Every region of a segmentation; those of several layers may overlap."""
+    from PolyPoseLib.io.segmentations import read_segmentation
+
+    segmentation = read_segmentation(path, result.warped_ct)
+    parts: list[PlanPart] = []
+    count = 0
+    for layer in range(len(segmentation.layers)):
+        labels = segmentation.on_grid(layer, result.warped_ct)
+        found = [int(each) for each in np.unique(labels.voxels) if each != 0]
+        count += len(found)
+        if count > MOST_REGIONS:
+            raise InputError(
+                f"{path}: the segmentation holds more than {MOST_REGIONS} regions, which would hide the X-ray: keep "
+                "those of the plan."
+            )
+        if not found:
+            continue
+        known = {each.label: each.name for each in segmentation.segments if each.layer == layer}
+        names = tuple(known.get(each) or f"region {each}" for each in found)
+        numbered = np.zeros(labels.shape, np.int16)
+        for number, each in enumerate(found, start=1):
+            numbered[labels.voxels == each] = number
+        parts.append(PlanRegions(names, result.transform_image(labels.with_voxels(numbered), labels=True)))
+    if not parts:
+        raise InputError(f"{path}: the segmentation holds no region inside the CT: give one of this CT.")
+    return parts

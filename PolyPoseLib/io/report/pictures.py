@@ -1,0 +1,67 @@
+"""The images of a report: X-rays and renderings as people look at them, 8 bits, no larger than they are shown."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+MIDDLE = 0.42
+"""Median of a shown picture, of 1."""
+
+
+def shrunk(image: np.ndarray, largest_side: int) -> tuple[np.ndarray, int]:
+    """An image (H, W) by block means, so that no side has more pixels, and the blocks' size in pixels."""
+    image = np.nan_to_num(np.asarray(image, dtype=np.float32))
+    factor = min(-(-max(image.shape) // largest_side), *image.shape)
+    if factor <= 1:
+        return image, 1
+    height, width = (n // factor * factor for n in image.shape)
+    blocks = image[:height, :width].reshape(height // factor, factor, width // factor, factor)
+    return blocks.mean(axis=(1, 3)), factor
+
+
+def grey(image: np.ndarray, mask: np.ndarray | None = None) -> np.ndarray:
+    """An image (H, W) as uint8, bone bright: most of its slow variation taken away, as radiography consoles show it.
+
+    mask: (H, W) bool, by which the window is chosen.
+    """
+    image = image - 0.75 * gaussian_filter(image, max(image.shape) / 12)
+    kept = image[mask] if mask is not None and mask.any() else image
+    low, high = np.percentile(kept, (1, 99.8))
+    share = np.clip((image - low) / max(high - low, 1e-6), 0, 1)
+    return (255 * share ** _gamma(share if mask is None else share[mask])).astype(np.uint8)
+
+
+def _gamma(shares: np.ndarray) -> float:
+    """The exponent by which the median of values in [0, 1] becomes a middle grey, on which coloured lines show."""
+    median = float(np.median(shares)) if shares.size else 0.5
+    return float(np.clip(np.log(MIDDLE) / np.log(np.clip(median, 1e-3, 0.999)), 0.7, 4.0))
+
+
+def window(image: np.ndarray) -> tuple[float, float]:
+    """Slope and offset, for values in [0, 1], by which a part of a shown image (uint8) uses the whole scale."""
+    low, high = np.percentile(image, (1, 99)) / 255
+    slope = float(np.clip(0.9 / max(high - low, 1e-3), 1.0, 6.0))
+    return slope, float(0.45 - slope * (low + high) / 2)
+
+
+def overlay(xray: np.ndarray, rendering: np.ndarray, mask: np.ndarray | None = None) -> np.ndarray:
+    """RGB (H, W, 3) in [0, 1]: the X-ray in magenta, the rendering in green; grey where both agree.
+
+    Both are flattened first (local mean removed, local contrast made equal), so that edges of bones show whatever
+    the exposure was.
+    """
+    first, second = flattened(xray, mask), flattened(rendering, mask)
+    return np.stack([first, second, first], axis=-1)
+
+
+def flattened(image: np.ndarray, mask: np.ndarray | None = None) -> np.ndarray:
+    """An image (H, W) without its slow variation and with equal contrast everywhere, in [0, 1]; 0 outside mask."""
+    image = np.nan_to_num(np.asarray(image, dtype=np.float32))
+    inside = np.ones(image.shape, np.float32) if mask is None else np.asarray(mask, np.float32)
+    scale = max(image.shape) / 20
+    share = gaussian_filter(inside, scale) + 1e-6
+    detail = (image - gaussian_filter(image * inside, scale) / share) * inside
+    contrast = np.sqrt(gaussian_filter(detail**2, 2 * scale) / (gaussian_filter(inside, 2 * scale) + 1e-6))
+    floor = 0.15 * float(contrast.max()) + 1e-9
+    return np.clip(0.42 + 0.28 * detail / (contrast + floor), 0, 1) * (inside > 0)
