@@ -42,11 +42,6 @@ GROUPS = ("bones", "organs", "body")
 
 
 def main() -> int:
-    raise SystemExit(
-        "MESSAGE OF THE OWNER: the cores are needed. The registration itself changes on branch `breathe` (soft tissue gets a motion "
-        "of its own), so every number measured now is stale. Do not measure any more: keep the calibration as it is, remove "
-        "this line, finish code, tests and docs, commit, and report. The owner runs carry.py after merging."
-    )
     """Run what is missing and write the table after every case."""
     arguments = parse_arguments()
     if arguments.times:
