@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import colorsys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.ndimage import find_objects
 
 from PolyPoseLib.data.volume import Volume
-from PolyPoseLib.geometry.grid import bounding_box
 from PolyPoseLib.geometry.outlines import outlines
 from PolyPoseLib.io.dicom_export.objects import Export, Series
 from PolyPoseLib.io.dicom_export.references import references
@@ -68,8 +69,10 @@ def structure_set(
     made.StructureSetDate, made.StructureSetTime = export.date, export.time
     made.ReferencedFrameOfReferenceSequence = [_frame(export, warped)]
     made.StructureSetROISequence = [_structure(export, n, each) for n, each in enumerate(segments, start=1)]
+    boxes = find_objects(labels.voxels)
     made.ROIContourSequence = [
-        _contours(number, labels, each.label, warped) for number, each in enumerate(segments, start=1)
+        _contours(number, _Region(each.label, boxes[each.label - 1]), labels, warped)
+        for number, each in enumerate(segments, start=1)
     ]
     made.RTROIObservationsSequence = [_observation(n) for n in range(1, len(segments) + 1)]
     return made
@@ -102,22 +105,28 @@ def _structure(export: Export, number: int, segment: Segment) -> Dataset:
     return item
 
 
-def _contours(number: int, labels: Volume, label: int, warped: Warped) -> Dataset:
+@dataclass(frozen=True)
+class _Region:
+    """A label, and the box (k, j, i) that holds it."""
+
+    label: int
+    box: tuple[slice, slice, slice]
+
+
+def _contours(number: int, region: _Region, labels: Volume, warped: Warped) -> Dataset:
     """A structure's contours, slice by slice."""
     from pydicom.dataset import Dataset
 
     item = Dataset()
     item.ROIDisplayColor = [round(255 * each) for each in colorsys.hsv_to_rgb(number * _TURN % 1, 0.7, 1.0)]
     item.ReferencedROINumber = number
-    item.ContourSequence = []
-    mask = labels.voxels == label
-    box = bounding_box(mask)
-    assert box is not None
-    corner = np.array([box[2].start, box[1].start])
-    for k in range(box[0].start, box[0].stop):
-        for outline in outlines(mask[k][box[1:]]):
+    corner = np.array([region.box[2].start, region.box[1].start])
+    found = []
+    for k, section in enumerate(labels.voxels[region.box], start=region.box[0].start):
+        for outline in outlines(section == region.label):
             flat = np.column_stack([outline + corner, np.full(len(outline), k)])
-            item.ContourSequence.append(_contour(labels.to_world(flat), warped, k))
+            found.append(_contour(labels.to_world(flat), warped, k))
+    item.ContourSequence = found
     return item
 
 
@@ -129,8 +138,20 @@ def _contour(points: np.ndarray, warped: Warped, k: int) -> Dataset:
     item.ContourImageSequence = references([warped.images[k]])
     item.ContourGeometricType = "CLOSED_PLANAR"
     item.NumberOfContourPoints = len(points)
-    item.ContourData = [f"{each:.4f}" for each in (points + 0.0).ravel()]
+    text = "\\".join([f"{each:.4f}" for each in points.ravel().tolist()])
+    _set_decimals(item, "ContourData", text)
     return item
+
+
+def _set_decimals(item: Dataset, keyword: str, text: str) -> None:
+    """Give an item decimal strings as they are written: a toolkit takes minutes to check millions of numbers."""
+    from pydicom.datadict import tag_for_keyword
+    from pydicom.dataelem import RawDataElement
+    from pydicom.tag import Tag
+
+    tag = Tag(tag_for_keyword(keyword) or 0)
+    value = text.encode("ascii") + b" " * (len(text) % 2)
+    item[tag] = RawDataElement(tag, "DS", len(value), value, 0, True, True)
 
 
 def _observation(number: int) -> Dataset:
