@@ -197,7 +197,9 @@ def _method(study: Study, options: Options, preset: Preset, run: Run) -> _Method
         for k in placed:
             poses[k] = study.initial_poses[names[k]]
         # The coarsest level serves bones that may be far from their place.
-        stages = preset.joint[1:] if set(placed) == set(run.scene.moving) and placed else preset.joint
+        coarsest = max(stage.level.size_mm for stage in preset.joint)
+        all_placed = bool(placed) and set(placed) == set(run.scene.moving)
+        stages = [stage for stage in preset.joint if not all_placed or stage.level.size_mm < coarsest]
         return fit_structures(run, cameras.refined, poses, cameras.free, stages, placed)
 
     return _Method(refine, fit)

@@ -59,6 +59,11 @@ class Articulation:
     weight: float = 1.0
     yields_at: float = np.inf
 
+    @property
+    def is_joint(self) -> bool:
+        """Whether it holds however far it comes apart, which links of companions do not."""
+        return bool(np.isinf(self.yields_at))
+
 
 def bone_clouds(structures: Structures, affine: np.ndarray) -> list[np.ndarray]:
     """Some thousand points (N, 3) LPS mm of every structure, evenly picked."""
@@ -126,7 +131,8 @@ def _sample(labels: np.ndarray, number: int, box: tuple[slice, ...], affine: np.
 class ArticulationPrior:
     """The prior's cost, and its derivatives.
 
-    The cost is weight * mean over joints of the joint's weight * (rho(gap / slide) + rho(angle / TURN_DEG)) with
+    The cost is weight / joints * the sum over joints and links of their weight * (rho(gap / slide) +
+    rho(angle / TURN_DEG)) with
     rho(s) = s^2 / (1 + s^2 / c^2), which saturates at c^2 (S. Geman and D. McClure, Bulletin of the International
     Statistical Institute 52, 1987); c is 1 for angles and yields_at for gaps.
 
@@ -182,7 +188,7 @@ class ArticulationPrior:
         return self._scale() * float((residuals**2).sum())
 
     def _scale(self) -> float:
-        return self.weight / max(len(self.articulations), 1)
+        return self.weight / max(_joint_count(self.articulations), 1)
 
     def _residuals(self, poses: np.ndarray) -> np.ndarray:
         """(J, 6) each joint's gap (fixed frame) over its slide and rotation over TURN_DEG, saturated, by its weight."""
@@ -204,6 +210,11 @@ class ArticulationPrior:
         derivative[:3] = _saturation_slope(residual[:3], joint.yields_at) @ derivative[:3]
         derivative[3:] = _saturation_slope(residual[3:], 1.0) @ derivative[3:]
         return np.sqrt(joint.weight) * derivative
+
+
+def _joint_count(articulations: Sequence[Articulation]) -> int:
+    """Links of companions add to the cost of joints, and must not dilute it."""
+    return sum(each.is_joint for each in articulations)
 
 
 def _saturated(vectors: np.ndarray, limits: np.ndarray | float) -> np.ndarray:
@@ -230,7 +241,7 @@ class OneBonePrior:
         own = [joint for joint in prior.articulations if number in (joint.first, joint.second)]
         weight = prior.weight
         if factor is not None:
-            weight *= factor * len(own) / max(len(prior.articulations), 1)
+            weight *= factor * _joint_count(own) / max(_joint_count(prior.articulations), 1)
         self._prior = ArticulationPrior(own, prior.centres, [number], weight)
         self._number, self._poses = number, poses
 

@@ -30,25 +30,30 @@ POINTS = 3
 """Along two companions, at which they stay together."""
 
 
-def find_companions(clouds: Sequence[np.ndarray]) -> list[Articulation]:
-    """Links between bones that lie side by side.
+def find_companions(clouds: Sequence[np.ndarray], joints: Sequence[Articulation] = ()) -> list[Articulation]:
+    """Links between bones that lie side by side and have no joint.
 
     Parameters
     ----------
     clouds : sequence of (N, 3) ndarray
         Points of every bone, evenly picked, LPS mm.
+    joints : sequence of Articulation
+        Of the same bones.
 
     Returns
     -------
     list of Articulation
-        POINTS of every pair.
+        POINTS of every pair, which together weigh as much as a joint.
 
     """
     trees = [KDTree(cloud, leafsize=16) for cloud in clouds]
     boxes = [(cloud.min(axis=0) - SIDE_MM, cloud.max(axis=0) + SIDE_MM) for cloud in clouds]
+    jointed = {(joint.first, joint.second) for joint in joints}
     links = []
     for a in range(len(clouds)):
         for b in range(a + 1, len(clouds)):
+            if (a, b) in jointed:
+                continue
             if (boxes[a][0] > boxes[b][1]).any() or (boxes[b][0] > boxes[a][1]).any():
                 continue
             distance, nearest = (np.asarray(each) for each in trees[b].query(clouds[a]))
@@ -59,7 +64,8 @@ def find_companions(clouds: Sequence[np.ndarray]) -> list[Articulation]:
                 continue
             middles = (clouds[a][beside] + clouds[b][nearest[beside]]) / 2
             links += [
-                Articulation(a, b, point, SLIDE_MM, yields_at=YIELDS_AT) for point in _spread(middles, POINTS)
+                Articulation(a, b, point, SLIDE_MM, 1 / POINTS, YIELDS_AT)
+                for point in _spread(middles, POINTS)
             ]
     return links
 

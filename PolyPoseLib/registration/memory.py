@@ -12,9 +12,9 @@ from PolyPoseLib.data.memory_need import MIB, MemoryNeed
 from PolyPoseLib.data.options import Options
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.geometry.grid import block_factors, covering_grid
+from PolyPoseLib.registration.fit.soft_modes import SoftModes
 from PolyPoseLib.registration.fit.soft_tissue import FIELD_MM
 from PolyPoseLib.registration.fit.soft_tissue import MARGIN_MM as FIELD_MARGIN_MM
-from PolyPoseLib.registration.fit.soft_modes import SoftModes
 from PolyPoseLib.registration.outputs import TRANSFORM_MM, transform_grid
 from PolyPoseLib.registration.scene import WORKING_MM
 from PolyPoseLib.warp.dense import VOXELS_PER_SLAB

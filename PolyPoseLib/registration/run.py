@@ -67,7 +67,10 @@ class Run:
     def articulations(self) -> list[Articulation]:
         """The scene's joints and companions, those of hidden structures with more weight."""
         return [
-            replace(joint, weight=1 + HELD * max(self._held(joint.first), self._held(joint.second)))
+            replace(
+                joint,
+                weight=joint.weight * (1 + HELD * max(self._held(joint.first), self._held(joint.second))),
+            )
             for joint in [*self.scene.articulations, *self.scene.companions]
         ]
 

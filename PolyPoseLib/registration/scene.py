@@ -84,7 +84,7 @@ class Scene:
         self.soft = Grid((hounsfield_to_attenuation(filled) - everywhere).astype(np.float32), affine)
         clouds = bone_clouds(structures, ct.affine)
         self.articulations = find_articulations(clouds, self.anchor)
-        self.companions = find_companions(clouds)
+        self.companions = find_companions(clouds, self.articulations)
         self._bodies: dict[float, list[Body]] = {}
         self._volumes: dict[tuple[str, float], Body] = {}
 

@@ -14,13 +14,21 @@ import numpy as np
 from PolyPoseLib.registration.cameras.refine import slid_along_beam
 from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
-from PolyPoseLib.registration.fit.problem import CameraGroups, State, corrected
+from PolyPoseLib.registration.fit.problem import CameraGroups, RigidProblem, State, corrected
 from PolyPoseLib.registration.fit.views import LevelViews
-from PolyPoseLib.registration.fit.weighting import dilated, projection_mask, robust_weight
+from PolyPoseLib.registration.fit.weighting import (
+    dilated,
+    projection_mask,
+    robust_weight,
+    usable_projection_mask,
+)
 from PolyPoseLib.registration.run import Run
 
 REACH_MM = 8.0
 """The X-rays count this far around the anchor."""
+
+LEAST_SHOWN = 0.25
+"""Of the anchor's projection, that an X-ray must show for it to move the camera by itself."""
 
 
 def refine_by_anchor_alone(
@@ -48,7 +56,7 @@ def refine_by_anchor_alone(
 
     """
     refined = list(observations)
-    run = run.named("cameras")
+    run = run.named("cameras").at_level(level.size_mm)
     for n, group in enumerate(free):
         run.step(n, len(free))
         with_cameras = _refined(run, [observations[v] for v in group], poses, level)
@@ -76,9 +84,9 @@ def _refined(
             view.weight = robust_weight(view, problem.residual(state, n), region)
 
     start = views.at_rest(1)
-    weigh(start)
-    if not any(view.weight.any() for view in views.views):
+    if not all(_shows_enough(problem, start, n) for n in range(len(views.views))):
         return list(observations)
+    weigh(start)
     if len(observations) == 1:
         start = slid_along_beam(problem, start)
     found = minimise(problem, start, SolverOptions(level.iterations), weigh).state
@@ -86,3 +94,9 @@ def _refined(
         each.with_camera(corrected(each.camera, correction))
         for each, correction in zip(observations, found.corrections, strict=True)
     ]
+
+
+def _shows_enough(problem: RigidProblem, state: State, n: int) -> bool:
+    """Whether a view shows at least LEAST_SHOWN of where the anchor projects."""
+    shown = usable_projection_mask(problem, state, n, [0]).sum()
+    return bool(shown) and shown >= LEAST_SHOWN * projection_mask(problem, state, n, [0]).sum()

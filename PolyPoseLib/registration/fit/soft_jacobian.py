@@ -12,8 +12,8 @@ from PolyPoseLib.rendering.rigid import Body
 SEGMENT_MM = 12.0
 """Modes hardly change over this length of a ray, along which the gradient of the attenuation is summed first."""
 
-RAYS_AT_ONCE = 1024
-"""Bounds the temporary memory to some ten MiB."""
+RAYS_AT_ONCE = 512
+"""Bounds the temporary memory to about 100 MiB with some hundred modes."""
 
 NEGLIGIBLE = 1e-6
 """Gradient of the line integral over a segment, 1/mm, below which it has none."""
@@ -44,12 +44,15 @@ class SoftJacobian:
     def of_view(self, camera: Camera, correction: np.ndarray) -> np.ndarray:
         """(3 M, H, W) float32 1/mm, for a camera with its correction (4, 4); the modes' x, y, z follow each other."""
         source, directions = _rays(camera, correction)
-        near, far = _depths(self.body, source, directions)
-        per_segment = max(1, round(SEGMENT_MM / self.size_mm))
-        first = float(near.min())
-        segments = int(np.ceil((far.max() - first) / (self.size_mm * per_segment)))
-        depths = first + (np.arange(segments * per_segment) + 0.5) * self.size_mm
         change = np.zeros((self.modes.count, 3, len(directions)), np.float32)
+        near, far = _depths(self.body, source, directions)
+        hit = far > near
+        if not hit.any():
+            return change.reshape(-1, camera.height, camera.width)
+        per_segment = max(1, round(SEGMENT_MM / self.size_mm))
+        first = float(near[hit].min())
+        segments = int(np.ceil((far[hit].max() - first) / (self.size_mm * per_segment)))
+        depths = first + (np.arange(segments * per_segment) + 0.5) * self.size_mm
         for start in range(0, len(directions), RAYS_AT_ONCE):
             rays = slice(start, start + RAYS_AT_ONCE)
             crossed = (depths >= near[rays, None]) & (depths <= far[rays, None])
@@ -98,9 +101,12 @@ def _rays(camera: Camera, correction: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def _depths(body: Body, source: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distances (P,) mm from the source at which rays enter and leave the box, in LPS, around a body."""
+    """Distances (P,) mm from the source at which rays enter and leave the box, in LPS, around a body.
+
+    Rays that miss it leave where they enter.
+    """
     low, high = body.corners.min(axis=0), body.corners.max(axis=0)
     steep = np.where(np.abs(directions) < 1e-9, 1e-9, directions)
     first, second = (low - source) / steep, (high - source) / steep
-    near = np.minimum(first, second).max(axis=1)
+    near = np.maximum(np.minimum(first, second).max(axis=1), 0.0)
     return near, np.maximum(np.maximum(first, second).min(axis=1), near)

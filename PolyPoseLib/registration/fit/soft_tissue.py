@@ -14,7 +14,7 @@ from PolyPoseLib.registration.fit.soft_modes import SoftModes
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend, IndexField
 from PolyPoseLib.rendering.rigid import Body, index_rays
-from PolyPoseLib.warp.dense import displacement_field, flat_points
+from PolyPoseLib.warp.dense import POINTS_PER_CHUNK, displacement_field, flat_points
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp, RotationFalloff, WeightFrame
 from PolyPoseLib.warp.weights import DistanceMaps, WeightForm, distance_maps
 
@@ -95,17 +95,22 @@ class SoftTissue:
         return DisplacementField(field.vectors + beside, field.affine)
 
     def motion_around(self, point: np.ndarray) -> float:
-        """How far (mm) the soft tissue around a bone at ``point`` (3,) LPS mm moved by itself."""
+        """How far (mm) the soft tissue around a bone at a fixed ``point`` (3,) LPS mm moved by itself."""
         if self.coefficients is None:
             return 0.0
         return float(np.linalg.norm(self.modes.at(point[None])[0] @ self.coefficients))
 
     def freedom(self, field: DisplacementField) -> np.ndarray:
         """(k, j, i) share, 0 to 1, of the motion beside the bones' that tissue at a field's nodes takes part in."""
-        nodes = flat_points(field.affine, field.shape, 0, int(np.prod(field.shape)))
-        places = torch.from_numpy((nodes + field.vectors.reshape(-1, 3)).astype(np.float32))
-        squared = self._distances()[1](places)[0].numpy().reshape(field.shape) ** 2
-        return squared / (squared + ATTACHED_MM**2)
+        vectors = field.vectors.reshape(-1, 3)
+        share = np.empty(len(vectors), np.float32)
+        for start in range(0, len(vectors), POINTS_PER_CHUNK):
+            part = slice(start, min(start + POINTS_PER_CHUNK, len(vectors)))
+            nodes = flat_points(field.affine, field.shape, part.start, part.stop)
+            places = torch.from_numpy((nodes + vectors[part]).astype(np.float32))
+            squared = self._distances()[1](places)[0].numpy() ** 2
+            share[part] = squared / (squared + ATTACHED_MM**2)
+        return share.reshape(field.shape)
 
     def _distances(self) -> list[DistanceMaps]:
         """Distance maps of every structure, and of the nearest one."""

@@ -10,6 +10,7 @@ from PolyPoseLib.data.hounsfield import bone_is_clipped
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.rigid import rigid_inverse
 from PolyPoseLib.registration.bones.agreement import Agreement
 from PolyPoseLib.registration.fit.levels import Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.problem import JointResult
@@ -80,7 +81,8 @@ def structure_uncertainties(
         stated[k] = each if np.isnan(contrast).all() else each.at_contrast(float(np.nanmean(contrast)))
         if not agreement.is_clear[k]:
             stated[k] = stated[k].with_error(PoseUncertainty.independent(UNCONFIRMED_DEG, UNCONFIRMED_MM))
-        beside = run.soft_tissue.motion_around(run.scene.centres[k])
+        in_fixed = (rigid_inverse(joint.poses[k]) @ np.append(run.scene.centres[k], 1.0))[:3]
+        beside = run.soft_tissue.motion_around(in_fixed)
         stated[k] = stated[k].with_error(error_beside_soft_motion(beside))
         if hidden[k] > 0:
             stated[k] = stated[k].with_error(error_behind_metal(float(hidden[k])))

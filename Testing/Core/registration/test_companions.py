@@ -7,7 +7,7 @@ import pytest
 from chest_phantom import NUMBERS, chest
 
 from PolyPoseLib.geometry.rigid import about, perturbation
-from PolyPoseLib.registration.articulations import ArticulationPrior, bone_clouds
+from PolyPoseLib.registration.articulations import Articulation, ArticulationPrior, bone_clouds
 from PolyPoseLib.registration.companions import POINTS, SIDE_MM, YIELDS_AT, find_companions
 
 
@@ -30,6 +30,27 @@ def test_neighbouring_ribs_of_a_side_are_companions_and_nothing_else(ribs):
     assert found == expected and len(links) == POINTS * len(expected)
 
 
+def test_bones_with_a_joint_are_no_companions(ribs):
+    _, clouds, links = ribs
+    pair = links[0].first, links[0].second
+    fewer = find_companions(clouds, [Articulation(*pair, links[0].point, 5.0)])
+    assert len(fewer) == len(links) - POINTS
+    assert pair not in {(link.first, link.second) for link in fewer}
+
+
+def test_links_do_not_dilute_joints(ribs):
+    names, clouds, links = ribs
+    centres = np.array([cloud.mean(axis=0) for cloud in clouds])
+    joint = Articulation(0, len(names) - 1, centres[0], 5.0)
+    apart = np.stack([np.eye(4)] * len(names))
+    apart[-1, :3, 3] = [0, 0, 3]
+    alone, among = (
+        ArticulationPrior(each, centres, range(len(names)), 1.0).cost(apart)
+        for each in ([joint], [joint, *links])
+    )
+    assert among == pytest.approx(alone)
+
+
 def test_links_lie_between_their_bones_and_along_all_of_them(ribs):
     _, clouds, links = ribs
     for link in links:
@@ -44,7 +65,8 @@ def test_links_lie_between_their_bones_and_along_all_of_them(ribs):
 def test_a_rib_in_its_neighbours_place_costs_more_than_ribs_that_move_alike(ribs):
     names, clouds, links = ribs
     centres = np.array([cloud.mean(axis=0) for cloud in clouds])
-    prior = ArticulationPrior(links, centres, range(len(names)), 1.0)
+    joint = Articulation(0, len(names) - 1, centres[0], 5.0)
+    prior = ArticulationPrior([joint, *links], centres, range(len(names)), 1.0)
     rng = np.random.default_rng(0)
     poses = np.stack([np.eye(4)] * len(names))
     alike = poses.copy()
@@ -54,5 +76,5 @@ def test_a_rib_in_its_neighbours_place_costs_more_than_ribs_that_move_alike(ribs
     far = poses.copy()
     far[names.index("rib_left_4"), :3, 3] = [0, 0, 170]
     assert prior.cost(alike) == pytest.approx(0, abs=1e-12)
-    shares = 2 * POINTS / len(links)
-    assert 0.6 * YIELDS_AT**2 * shares < prior.cost(jumped) < prior.cost(far) < 1.05 * YIELDS_AT**2 * shares
+    most = 2 * YIELDS_AT**2  # two neighbours, each of which weighs as much as a joint
+    assert 0.6 * most < prior.cost(jumped) < prior.cost(far) < most
