@@ -31,12 +31,11 @@ def ellipsoid_surface(points: np.ndarray, covariances: np.ndarray) -> vtk.vtkPol
     ball, triangles = _unit_ball()
     vertices = centres[:, None, :] + np.einsum("va,na,nda->nvd", ball, half, axes)
     first = len(ball) * np.arange(len(centres))[:, None, None]
-    cells = np.empty((len(centres), len(triangles), 4), np.int64)
-    cells[..., 0] = 3
-    cells[..., 1:] = triangles + first
+    corners = (triangles + first).reshape(-1)
     surface, places, faces = vtk.vtkPolyData(), vtk.vtkPoints(), vtk.vtkCellArray()
     places.SetData(numpy_to_vtk(np.ascontiguousarray(vertices.reshape(-1, 3)), deep=True))
-    faces.SetCells(len(centres) * len(triangles), numpy_to_vtkIdTypeArray(cells.reshape(-1), deep=True))
+    ends = np.arange(0, len(corners) + 1, 3, dtype=np.int64)
+    faces.SetData(numpy_to_vtkIdTypeArray(ends, deep=True), numpy_to_vtkIdTypeArray(corners, deep=True))
     surface.SetPoints(places)
     surface.SetPolys(faces)
     return surface
@@ -50,8 +49,8 @@ def _unit_ball() -> tuple[np.ndarray, np.ndarray]:
     source.SetPhiResolution(_ALONG)
     source.Update()
     ball = vtk_to_numpy(source.GetOutput().GetPoints().GetData()).astype(np.float64)
-    cells = vtk_to_numpy(source.GetOutput().GetPolys().GetData()).reshape(-1, 4)
-    return ball / np.linalg.norm(ball, axis=1, keepdims=True), cells[:, 1:]
+    corners = vtk_to_numpy(source.GetOutput().GetPolys().GetConnectivityArray()).astype(np.int64)
+    return ball / np.linalg.norm(ball, axis=1, keepdims=True), corners.reshape(-1, 3)
 
 
 class EllipsoidModel:

@@ -50,7 +50,9 @@ def said_of(sets: Mapping[str, CarriedPoints]) -> str:
     outside = sum(int(np.count_nonzero(~each.inside)) for each in sets.values())
     if outside:
         lines.append(
-            _("Points outside of the result's grid, which are only roughly right: {count}.").format(count=outside)
+            _("Points outside of the result's grid, which are only roughly right: {count}.").format(
+                count=outside
+            )
         )
     longest = np.concatenate([np.zeros(0), *(each.semi_axes_mm[:, 2] for each in sets.values())])
     known = longest[np.isfinite(longest)]

@@ -19,7 +19,7 @@ from .writer import UNKNOWN_SPACING, StudyData, merged_labels
 if TYPE_CHECKING:
     from PolyPoseLib.carrying.points import PointCarrier
     from PolyPoseLib.data.displacement_field import DisplacementField
-    from PolyPoseLib.data.result import Result
+    from PolyPoseLib.data.result import Result, StructureResult
     from PolyPoseLib.data.volume import Volume
 
 _NO_XRAY = ({}, np.zeros((2, 2), np.float32), UNKNOWN_SPACING)
@@ -39,9 +39,9 @@ def missing_for_bones(parameters: PolyPoseParameterNode | None) -> str:
         return _("Choose the segmentation of the result's bones: it says where they are.")
     for name in motions:
         if name not in structures_of(parameters):
-            return _("The result's structure '{name}' has no segment: assign it in the first section.").format(
-                name=name
-            )
+            return _(
+                "The result's structure '{name}' has no segment: assign it in the first section."
+            ).format(name=name)
     return ""
 
 
@@ -51,7 +51,9 @@ def missing_for_export(parameters: PolyPoseParameterNode | None) -> str:
     if missing or parameters is None:
         return missing
     if parameters.outputVolume is None or parameters.outputSegmentation is None:
-        return _("The result has lost its warped CT or segmentation: register again, or load the result again.")
+        return _(
+            "The result has lost its warped CT or segmentation: register again, or load the result again."
+        )
     return ""
 
 
@@ -127,7 +129,7 @@ def _result(
     distrust: tuple[str, ...] = (),
 ) -> Result:
     """The core's result; warped: CT and labels."""
-    from PolyPoseLib.data.result import Result, StructureResult, installed_versions
+    from PolyPoseLib.data.result import Result, installed_versions
 
     return Result(
         structures={name: _structure(each) for name, each in motions.items()},
