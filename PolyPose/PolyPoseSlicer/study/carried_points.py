@@ -58,7 +58,7 @@ def said_of(sets: Mapping[str, CarriedPoints]) -> str:
     known = longest[np.isfinite(longest)]
     if len(known):
         lines.append(
-            _("With 95 % probability they are off by {least:.1f} to {most:.1f} mm at most.").format(
+            _("The longest half axes of the 95 % ellipsoids: {least:.1f} to {most:.1f} mm.").format(
                 least=known.min(), most=known.max()
             )
         )
