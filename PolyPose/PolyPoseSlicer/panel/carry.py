@@ -148,11 +148,11 @@ class CarryPart:
         except PolyPoseError as error:
             self._failed(error)
             return
-        carrier = self._carrier
+        known = self._carrier
 
         def work() -> Any:
-            ready = make() if make is not None else carrier
-            return ready, carry_sets(ready, sets)
+            carrier = known if make is None else make()
+            return carrier, carry_sets(carrier, sets)
 
         self._state.text = _("Computing...")
         self._background.run(work, lambda outcome: self._carried(nodes, *outcome), self._failed)
