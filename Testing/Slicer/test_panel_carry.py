@@ -248,6 +248,33 @@ class NodesTest(CarryCase):
         self.assertIsNone(self.model.GetParentTransformNode())
         self.assertIsNone(points.GetParentTransformNode())
 
+    def test_a_registration_that_starts_from_after_carries_the_markups_by_its_transform(self) -> None:
+        points = add_points(world(FEMUR_VOXELS))
+        self.pick(self.model, points)
+        self.after()
+        self.assertIsNotNone(self.carry.markups.copy_of(points))
+        self.child("tell(1)\nwhile True:\n    time.sleep(0.05)\n")
+        self.ui.registerButton.click()
+        self.wait(lambda: "1 of 10" in self.ui.stageLabel.text)
+        self.assertIsNone(self.carry.markups.copy_of(points))
+        for node in (self.model, points):
+            self.assertIs(node.GetParentTransformNode(), self.node.outputTransform)
+        self.assertTrue(points.GetDisplayNode().GetVisibility())
+        self.ui.registerButton.click()
+        self.wait(lambda: not self.panel.register.running and not self.carry.busy)
+        self.assertIsNotNone(self.carry.markups.copy_of(points))
+        self.assertIsNone(points.GetParentTransformNode())
+        self.assertIs(self.model.GetParentTransformNode(), self.node.outputTransform)
+        self.after(False)
+        self.assertIsNone(self.model.GetParentTransformNode())
+
+    def test_what_becomes_the_ct_is_carried_no_more(self) -> None:
+        self.pick(self.dose)
+        self.ui.ctSelector.setCurrentNode(self.dose)
+        self.after()
+        self.assertIsNone(self.dose.GetParentTransformNode())
+        self.assertNotIn("dose", self.rows())
+
 
 class PointsTest(CarryCase):
     def setUp(self) -> None:

@@ -141,6 +141,16 @@ class RealExportTest(ExportCase):
         self.assertTrue({"pelvis", "femur"} <= {str(each.SegmentLabel) for each in labels.SegmentSequence})
         self.assertEqual(self.answers, [])
 
+    def test_bones_of_a_loaded_result_get_their_names_from_the_segmentation(self) -> None:
+        import pydicom
+
+        self.panel.review.load_result(str(scenes.save_result(self.folder / "given")))
+        identifiers = set(self.panel.parameters.outputSegmentation.GetSegmentation().GetSegmentIDs())
+        self.assertTrue(identifiers.isdisjoint(self.segmentation.GetSegmentation().GetSegmentIDs()))
+        folder = self.write(self.folder / "out")
+        labels = pydicom.dcmread(folder / "segmentation.dcm")
+        self.assertTrue({"pelvis", "femur"} <= {str(each.SegmentLabel) for each in labels.SegmentSequence})
+
     def test_a_ct_of_the_dicom_database_keeps_its_patient_and_the_objects_are_offered_to_it(self) -> None:
         import pydicom
 

@@ -162,8 +162,9 @@ def _text_of(source: XraySource) -> str:
 
 
 def carried_nodes(parameters: PolyPoseParameterNode) -> list[Any]:
-    """What is carried along with the result and has not been deleted."""
-    return [each for each in parameters.carried if each is not None]
+    """What is carried along with the result: nodes that still exist, and have not become the module's own since."""
+    own = own_nodes(parameters)
+    return [each for each in parameters.carried if each is not None and each not in own]
 
 
 def store_carried(parameters: PolyPoseParameterNode, nodes: Sequence[Any]) -> None:

@@ -84,22 +84,29 @@ def whole_result(parameters: PolyPoseParameterNode, study: StudyData) -> Callabl
         raise InputError(missing)
     from PolyPoseLib.data.volume import Volume
 
-    content = parameters.outputSegmentation.GetSegmentation()
-    there = [each for each in study.segment_ids if content.GetSegment(each) is not None]
-    if not there:
-        raise InputError(
-            _("The result was made from another segmentation: choose the one that it was made from.")
-        )
-    warped, layers = read_volume(parameters.outputVolume), read_layers(parameters.outputSegmentation, there)
+    warped, layers = read_volume(parameters.outputVolume), _warped_layers(parameters, study)
     motions, field = motions_of(parameters.outputMotions), field_of(parameters.outputTransform)
     distrust = outputs_of(parameters).distrust
 
     def make() -> Result:
-        labels = _structure_labels(study, list(motions))
-        images = _volume(warped), Volume(_numbered(study, warped, layers), warped.grid.affine)
-        return _result(motions, field, labels, images, distrust)
+        from PolyPoseLib.warp.dense import warp_labels
+
+        labels, ct = _structure_labels(study, list(motions)), _volume(warped)
+        if layers:
+            numbered = Volume(_numbered(study, warped, layers), ct.affine)
+        else:
+            numbered = warp_labels(Volume(merged_labels(study), study.ct.grid.affine), field, ct)
+        return _result(motions, field, labels, (ct, numbered), distrust)
 
     return make
+
+
+def _warped_layers(parameters: PolyPoseParameterNode, study: StudyData) -> list[Layer]:
+    """The warped bones as the result has them; none where it was loaded without the names of its segments."""
+    content = parameters.outputSegmentation.GetSegmentation()
+    there = [each for each in study.segment_ids if content.GetSegment(each) is not None]
+    bones = {each for ids in study.structures.values() for each in ids}
+    return read_layers(parameters.outputSegmentation, there) if bones <= set(there) else []
 
 
 def scene_study(parameters: PolyPoseParameterNode) -> StudyData:

@@ -868,12 +868,12 @@
         <translation>Nur das CT, seine Segmentierung und das Ergebnis in eine eigene Szene (.mrb) schreiben, die sich in jedem Slicer öffnen lässt, auch ohne dieses Modul.</translation>
     </message>
     <message>
-        <source>Carry along</source>
+        <source>Carry</source>
         <translation>Mitnehmen</translation>
     </message>
     <message>
-        <source>Shown in the posture of the X-rays</source>
-        <translation>In der Haltung der Röntgenbilder gezeigt</translation>
+        <source>Carry along</source>
+        <translation>Mitnehmen</translation>
     </message>
     <message>
         <source>Markups, models, segmentations, volumes and RT doses of the CT: what is checked follows Before and After, and the registration while it runs.</source>
@@ -2512,10 +2512,6 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>The result has lost its warped CT or segmentation: register again, or load the result again.</source>
         <translation>Dem Ergebnis fehlt das verformte CT oder die Segmentierung: Registrieren Sie neu, oder laden Sie das Ergebnis neu.</translation>
-    </message>
-    <message>
-        <source>The result was made from another segmentation: choose the one that it was made from.</source>
-        <translation>Das Ergebnis stammt von einer anderen Segmentierung: Wählen Sie diejenige, von der es stammt.</translation>
     </message>
     <message>
         <source>The result&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>

@@ -868,12 +868,12 @@
         <translation>Escribir solo la TC, su segmentación y el resultado en una escena propia (.mrb), que se abre en cualquier Slicer, también sin este módulo.</translation>
     </message>
     <message>
-        <source>Carry along</source>
-        <translation>Llevar consigo</translation>
+        <source>Carry</source>
+        <translation>Llevar</translation>
     </message>
     <message>
-        <source>Shown in the posture of the X-rays</source>
-        <translation>Mostrado en la postura de las radiografías</translation>
+        <source>Carry along</source>
+        <translation>Llevar consigo</translation>
     </message>
     <message>
         <source>Markups, models, segmentations, volumes and RT doses of the CT: what is checked follows Before and After, and the registration while it runs.</source>
@@ -2512,10 +2512,6 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>The result has lost its warped CT or segmentation: register again, or load the result again.</source>
         <translation>El resultado ha perdido su TC deformada o su segmentación: haga de nuevo el registro, o cargue de nuevo el resultado.</translation>
-    </message>
-    <message>
-        <source>The result was made from another segmentation: choose the one that it was made from.</source>
-        <translation>El resultado procede de otra segmentación: elija aquella de la que procede.</translation>
     </message>
     <message>
         <source>The result&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>

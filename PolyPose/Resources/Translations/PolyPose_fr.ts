@@ -868,12 +868,12 @@
         <translation>Écrire seulement le scanner, sa segmentation et le résultat dans une scène à part (.mrb), qui s&apos;ouvre dans tout Slicer, même sans ce module.</translation>
     </message>
     <message>
-        <source>Carry along</source>
+        <source>Carry</source>
         <translation>Emporter</translation>
     </message>
     <message>
-        <source>Shown in the posture of the X-rays</source>
-        <translation>Affiché dans la posture des radiographies</translation>
+        <source>Carry along</source>
+        <translation>Emporter</translation>
     </message>
     <message>
         <source>Markups, models, segmentations, volumes and RT doses of the CT: what is checked follows Before and After, and the registration while it runs.</source>
@@ -2512,10 +2512,6 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     <message>
         <source>The result has lost its warped CT or segmentation: register again, or load the result again.</source>
         <translation>Le résultat a perdu son scanner déformé ou sa segmentation&#xa0;: relancez le recalage, ou rechargez le résultat.</translation>
-    </message>
-    <message>
-        <source>The result was made from another segmentation: choose the one that it was made from.</source>
-        <translation>Le résultat provient d&apos;une autre segmentation&#xa0;: choisissez celle dont il provient.</translation>
     </message>
     <message>
         <source>The result&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>

@@ -868,12 +868,12 @@
         <translation>CT、そのセグメンテーション、結果だけを専用のシーン(.mrb)に書き込みます。このモジュールがないSlicerでも開けます。</translation>
     </message>
     <message>
-        <source>Carry along</source>
+        <source>Carry</source>
         <translation>追従</translation>
     </message>
     <message>
-        <source>Shown in the posture of the X-rays</source>
-        <translation>X線画像の姿勢で表示</translation>
+        <source>Carry along</source>
+        <translation>追従</translation>
     </message>
     <message>
         <source>Markups, models, segmentations, volumes and RT doses of the CT: what is checked follows Before and After, and the registration while it runs.</source>
@@ -2512,10 +2512,6 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>The result has lost its warped CT or segmentation: register again, or load the result again.</source>
         <translation>結果の変形したCTまたはセグメンテーションがありません。もう一度位置合わせするか、結果を読み込み直してください。</translation>
-    </message>
-    <message>
-        <source>The result was made from another segmentation: choose the one that it was made from.</source>
-        <translation>結果は別のセグメンテーションから作られました。元のセグメンテーションを選択してください。</translation>
     </message>
     <message>
         <source>The result&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>
