@@ -81,6 +81,7 @@ class ExportCase(PanelCase):
         self.fill()
         self.export = self.panel.export
         self.answers: list[str] = []
+        self.consent = True
         patch = mock.patch.object(slicer.util, "confirmYesNoDisplay", self.answer, create=True)
         patch.start()
         self.addCleanup(patch.stop)
@@ -91,7 +92,7 @@ class ExportCase(PanelCase):
 
     def answer(self, text: str, **_more: Any) -> bool:
         self.answers.append(text)
-        return True
+        return self.consent
 
     def database(self, database: Any) -> None:
         """Let Slicer have this DICOM database."""
@@ -233,11 +234,18 @@ class ExportTest(ExportCase):
         self.load()
         self.database(Database({}))
         self.program("output.mkdir()\n(output / 'README.txt').write_text('')\n")
-        module = types.ModuleType("DICOMLib")  # without what is needed
+        module = types.ModuleType("DICOMLib")
+        importer = mock.Mock(side_effect=RuntimeError("it is locked"))
+        module.DICOMUtils = types.SimpleNamespace(importDicom=importer)  # type: ignore[attr-defined]
+        self.consent = False
         with mock.patch.dict(sys.modules, {"DICOMLib": module}):
             self.write(self.folder / "out")
-        self.assertIn("could not add them", self.ui.exportState.text)
-        self.assertTrue((self.folder / "out" / "README.txt").is_file())
+            self.assertEqual((len(self.answers), importer.call_count), (1, 0))
+            self.consent = True
+            self.write(self.folder / "again")
+        self.assertEqual(importer.call_count, 1)
+        self.assertIn("could not add them (it is locked)", self.ui.exportState.text)
+        self.assertTrue((self.folder / "again" / "README.txt").is_file())
 
     def test_a_missing_slice_of_the_database_makes_a_placeholder(self) -> None:
         self.ct.SetAttribute(INSTANCES, "1.2.3 1.2.4")

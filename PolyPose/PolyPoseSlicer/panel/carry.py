@@ -143,15 +143,15 @@ class CarryPart:
             self.markups.place(node, moved, [""] * len(points))
         if made_from != self._made_from:
             self._carrier, self._made_from = None, made_from
+        known = self._carrier
         try:
-            make = None if self._carrier is not None else point_carrier(parameters)
+            make = point_carrier(parameters) if known is None else lambda: known
         except PolyPoseError as error:
             self._failed(error)
             return
-        known = self._carrier
 
         def work() -> Any:
-            carrier = known if make is None else make()
+            carrier = make()
             return carrier, carry_sets(carrier, sets)
 
         self._state.text = _("Computing...")

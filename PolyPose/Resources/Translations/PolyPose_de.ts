@@ -896,6 +896,10 @@
         <translation>Als DICOM exportieren...</translation>
     </message>
     <message>
+        <source>Write the warped CT, the segmentation, every bone&apos;s motion and the deformation as DICOM objects, for planning systems.</source>
+        <translation>Das verformte CT, die Segmentierung, die Bewegung jedes Knochens und die Verformung als DICOM-Objekte für Planungssysteme schreiben.</translation>
+    </message>
+    <message>
         <source>Adjust</source>
         <translation>Anpassen</translation>
     </message>

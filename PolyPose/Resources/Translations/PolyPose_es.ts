@@ -896,6 +896,10 @@
         <translation>Exportar como DICOM...</translation>
     </message>
     <message>
+        <source>Write the warped CT, the segmentation, every bone&apos;s motion and the deformation as DICOM objects, for planning systems.</source>
+        <translation>Escribir la TC deformada, la segmentación, el movimiento de cada hueso y la deformación como objetos DICOM, para sistemas de planificación.</translation>
+    </message>
+    <message>
         <source>Adjust</source>
         <translation>Ajustar</translation>
     </message>

@@ -896,6 +896,10 @@
         <translation>Exporter en DICOM...</translation>
     </message>
     <message>
+        <source>Write the warped CT, the segmentation, every bone&apos;s motion and the deformation as DICOM objects, for planning systems.</source>
+        <translation>Écrire le scanner déformé, la segmentation, le mouvement de chaque os et la déformation en objets DICOM, pour les systèmes de planification.</translation>
+    </message>
+    <message>
         <source>Adjust</source>
         <translation>Ajuster</translation>
     </message>

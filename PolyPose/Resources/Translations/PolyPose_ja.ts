@@ -896,6 +896,10 @@
         <translation>DICOMとして書き出す...</translation>
     </message>
     <message>
+        <source>Write the warped CT, the segmentation, every bone&apos;s motion and the deformation as DICOM objects, for planning systems.</source>
+        <translation>変形したCT、セグメンテーション、各骨の動き、変形を、計画システム用のDICOMオブジェクトとして書き出します。</translation>
+    </message>
+    <message>
         <source>Adjust</source>
         <translation>調整</translation>
     </message>
