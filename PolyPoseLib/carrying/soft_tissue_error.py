@@ -1,9 +1,9 @@
 """How far soft tissue lies from where the warp puts it: a variance calibrated on simulated truths.
 
 The truths' soft tissue follows two laws, neither of them the warp's: Laplace's equation, from which the warp differs by
-1 mm, and an elastic body with a free skin, from which it differs by 2 to 3 (Testing/Benchmarks/carry.py). Which of them a
-patient follows nobody knows, so the variance serves both alike. Its error grows with the distance from the bones and
-with how far they move. Nothing here knows of breathing, a filling bladder or a scalpel.
+1 mm, and an elastic body with a free skin, from which it differs by 2 to 3 (Testing/Benchmarks/carry.py). Nobody knows
+which of them a patient follows, so the variance serves both alike. It grows with the distance from the bones and with
+how far they move. Nothing here knows of breathing, a filling bladder or a scalpel.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     from PolyPoseLib.cli.register import register_with_progress
     from PolyPoseLib.data.study import Study
     from PolyPoseLib.evaluation.score import score_result
-    from PolyPoseLib.io.results import REPORT
+    from PolyPoseLib.io.report_files import REPORT
     from PolyPoseLib.io.samples import fetch_sample
     from PolyPoseLib.io.truths import load_truth
 

@@ -16,7 +16,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = new_parser(
         subparsers,
         "dicom",
-        "write a result as DICOM: CT series, segmentation and registrations",
+        "write a result as DICOM: CT series, segmentation, contours and registrations",
         "case/result --study case/study.json --output case/dicom",
     )
     parser.add_argument("result", type=Path, help="folder that register wrote")

@@ -42,7 +42,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Register and save; raises UntrustedResultError after saving when the result must not be trusted."""
     from PolyPoseLib.cli._saving import save_or_rescue
     from PolyPoseLib.io.disk_space import require_space
-    from PolyPoseLib.io.results import PAGE, REPORT, expected_bytes
+    from PolyPoseLib.io.report_files import PAGE, REPORT
+    from PolyPoseLib.io.results import expected_bytes
     from PolyPoseLib.io.whole_folders import claimed_folder
 
     with claimed_folder(arguments.output, arguments.overwrite) as claim:

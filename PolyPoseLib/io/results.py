@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import logging
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -34,23 +31,16 @@ from PolyPoseLib.io.json_records import (
     string,
     whole_number,
 )
+from PolyPoseLib.io.report_files import write_report
 from PolyPoseLib.io.result_readme import README, README_TEXT
 from PolyPoseLib.io.transforms import read_transform, write_transform
 from PolyPoseLib.io.volumes import read_volume, write_volume
 from PolyPoseLib.io.whole_folders import FolderClaim, claimed_folder, restore_folder
 
-_LOG = logging.getLogger(__name__)
-
 VERSION = 1
-
-REPORT = "report.png"
-"""The report's picture; a result may lack it."""
 
 XRAY_UNITS = 1000
 """Of xray_N.nii.gz for a line integral of 1."""
-
-PAGE = "report.html"
-"""The report as a page that opens offline; a result may lack it."""
 
 INVERSE, STRUCTURES = "inverse_transform.h5", "structures.nii.gz"
 """Files that results of earlier versions lack."""
@@ -106,7 +96,7 @@ def save_result(
         for number, (image, camera) in enumerate(zip(result.xray_images, result.cameras, strict=False)):
             write_volume(_image_volume(_thousandths(image), camera), temporary / f"xray_{number}.nii.gz")
         if report:
-            _write_report(result, temporary)
+            write_report(result, temporary)
     return folder.folder
 
 
@@ -115,7 +105,7 @@ def save_summary(result: Result, folder: str | Path, picture: bool = True) -> Pa
     with claimed_folder(folder, overwrite=False) as claim, claim.whole() as temporary:
         _write_fields(result, temporary)
         if picture:
-            _write_report(result, temporary)
+            write_report(result, temporary)
     return Path(folder)
 
 
@@ -142,44 +132,6 @@ def _expected(voxels: int, nodes: int, pixels: int) -> float:
 def _write_fields(result: Result, folder: Path) -> None:
     """Write result.json."""
     (folder / "result.json").write_text(json_text(result_fields(result)), encoding="utf-8")
-
-
-def _write_report(result: Result, folder: Path) -> None:
-    """Write the report as a page and as a picture: what cannot be made is left out with a warning."""
-    from PolyPoseLib.io import report
-
-    page, picture = folder / PAGE, folder / REPORT
-    summary = None
-    with _left_out_if_it_fails(page, picture):
-        summary = report.summary_of(result)
-    if summary is None:
-        return
-    with _left_out_if_it_fails(page):
-        report.write_page(summary, page)
-    with _left_out_if_it_fails(picture):
-        report.write_picture(summary, picture)
-
-
-@contextmanager
-def _left_out_if_it_fails(*paths: Path) -> Iterator[None]:
-    """Turn a failure to draw files into a warning and remove them; raises OSError when the system refuses to write."""
-    try:
-        yield
-        return
-    except InputError as error:
-        reason = str(error)
-    except OSError as error:
-        if error.errno is not None:
-            raise
-        reason = (
-            f"The report could not be drawn ({error})."  # matplotlib's own, where it can write no settings
-        )
-    except Exception as error:  # drawing can fail in ways of its own, such as a picture of too many pixels
-        reason = f"The report could not be drawn ({type(error).__name__}: {error})."
-    for path in paths:
-        path.unlink(missing_ok=True)
-    names = " and ".join(path.name for path in paths)
-    _LOG.warning("%s The result is saved without %s.", " ".join(reason.split())[:400], names)
 
 
 def result_fields(result: Result) -> dict[str, Any]:

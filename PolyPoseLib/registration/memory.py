@@ -14,6 +14,7 @@ from PolyPoseLib.data.study import Study
 from PolyPoseLib.geometry.grid import block_factors, covering_grid
 from PolyPoseLib.registration.fit.soft_tissue import FIELD_MM
 from PolyPoseLib.registration.fit.soft_tissue import MARGIN_MM as FIELD_MARGIN_MM
+from PolyPoseLib.registration.fit.soft_modes import SoftModes
 from PolyPoseLib.registration.outputs import TRANSFORM_MM, transform_grid
 from PolyPoseLib.registration.scene import WORKING_MM
 from PolyPoseLib.warp.dense import VOXELS_PER_SLAB
@@ -43,6 +44,12 @@ _PIXEL = 40
 
 _COMPOSED = 24
 """More bytes per voxel where the CT is composed of rigid bones."""
+
+_DERIVATIVE = 20
+"""Bytes per pixel of a derivative of the soft tissue's rendering while it is normalised."""
+
+SOFT_MM = 3.0
+"""Finest level at which the soft tissue's motion is fitted."""
 
 _PAPER_PIXELS = 180 * 180
 _PAPER_WEIGHTS, _PAPER_MAPS, _PAPER_JACOBIANS = 768 * MIB, 384 * MIB, 256 * MIB
@@ -86,7 +93,8 @@ def _fit_bytes(study: Study, options: Options) -> float:
     extent = np.sort(np.array(study.ct.shape[::-1]) * study.ct.spacing)
     if options.preset != "paper":
         pixels = extent[1] * extent[2] / WORKING_MM**2
-        return 24 * pixels * count + 60 * pixels * len(study.xrays)
+        bones = 24 * pixels * count + 60 * pixels * len(study.xrays)
+        return max(bones, _soft_motion_bytes(study, extent))
     samples = _PAPER_PIXELS * len(study.xrays) * extent[2] / study.ct.spacing.min()
     return (
         min(4 * count * samples, _PAPER_WEIGHTS)
@@ -94,6 +102,13 @@ def _fit_bytes(study: Study, options: Options) -> float:
         + _maps_bytes(study, _PAPER_MAPS)
         + 8 * study.ct.voxels.size
     )
+
+
+def _soft_motion_bytes(study: Study, extent: np.ndarray) -> float:
+    """What the fit of the soft tissue's motion takes: derivatives by all modes of one view, and of the voxels."""
+    grid = covering_grid(study.ct.affine, study.ct.shape, FIELD_MM, FIELD_MARGIN_MM)
+    derivatives = _DERIVATIVE * 3 * SoftModes.covering(*grid).count * extent[1] * extent[2] / SOFT_MM**2
+    return derivatives + 16 * float(np.prod(extent)) / SOFT_MM**3
 
 
 def _maps_bytes(study: Study, most: float) -> float:

@@ -12,8 +12,8 @@ from PolyPoseLib.geometry.outlines import area, simplified, traced
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, project_body
 
-FINEST_MM = 1.2
-"""Structures are averaged to voxels of about this size first."""
+FINEST_MM, FINEST_SHARE = 1.2, 1 / 80
+"""Structures are averaged to voxels of about this size first, or this share of the structure, whichever is less."""
 
 GRAZING = 0.75
 """Rays count as inside a structure from this many voxels of path on: outlines of spheres then lie a quarter to two
@@ -87,5 +87,7 @@ def _lies_before(body: Body, camera: Camera, fixed_to_moving: np.ndarray) -> boo
 def _body(labels: Volume, number: int, box: tuple[slice, ...]) -> Body:
     affine = labels.affine.copy()
     affine[:3, 3] += affine[:3, :3] @ [part.start for part in reversed(box)]
-    grid = Grid((labels.voxels[box] == number).astype(np.float32), affine).coarsened(FINEST_MM).padded()
+    longest = float((labels.spacing * [part.stop - part.start for part in reversed(box)]).max())
+    whole = Grid((labels.voxels[box] == number).astype(np.float32), affine)
+    grid = whole.coarsened(min(FINEST_MM, FINEST_SHARE * longest)).padded()
     return Body(grid.voxels, grid.affine, grid.affine[:3, 3])

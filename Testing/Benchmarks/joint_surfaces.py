@@ -49,7 +49,7 @@ def main() -> None:
     maps = distance_maps(structures, labels.affine)
     warp = PolyrigidWarp(maps, structures.volume_share(), poses, rotation_falloff=falloff)
     print(
-        "| transform | bone | off by > 1 mm, % | of these not claimed twice, % | mean mm | claimed twice, % |"
+        "| transform | bone | off by > 1 mm, % | off and not claimed twice, % | mean mm | claimed twice, % |"
     )
     print("| --- | --- | --- | --- | --- | --- |")
     for spacing in arguments.spacing:

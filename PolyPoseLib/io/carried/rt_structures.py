@@ -7,7 +7,6 @@ filled on the CT's grid, carried as an image of shares between 0 and 1, and cont
 from __future__ import annotations
 
 from collections.abc import Iterator
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +19,7 @@ from PolyPoseLib.data.result import Result
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.grid import bounding_box
+from PolyPoseLib.geometry.outlines import traced
 from PolyPoseLib.io.carried.dicom_rt import WHERE, make_derived
 from PolyPoseLib.io.contour_volume import Roi, contours_as_labels
 from PolyPoseLib.io.rtstruct import ContourCount, closed_contours, contour_points
@@ -35,8 +35,6 @@ LEAST_CORNERS = 3
 
 def carry_structures(result: Result, source: Path, dataset: Dataset, to: Frame) -> str:
     """Replace the dataset's contours by carried ones; raises InputError for a damaged set or one of another CT."""
-    if find_spec("contourpy") is None:
-        raise InputError("Contours need the package contourpy: pip install 'polypose[contours]'.")
     field, grid = resampling_field(result, to), result.warped_ct
     carrier, count = result.point_carrier(), ContourCount()
     names = {
@@ -78,8 +76,6 @@ def _carried_contours(
     drawn: list[np.ndarray], name: str, grid: Volume, field: DisplacementField, source: Path
 ) -> Iterator[np.ndarray]:
     """Closed contours (N, 3) LPS mm of one structure in its new place, in planes of the CT."""
-    from contourpy import contour_generator
-
     filled = contours_as_labels([Roi(name, drawn)], grid, str(source))
     solid = filled.on_grid(0, grid).voxels > 0
     if not solid.any():
@@ -89,9 +85,7 @@ def _carried_contours(
     for k, plane in enumerate(carried.voxels):
         if plane.max() <= 0.5:
             continue
-        framed = np.pad(plane, 1)  # contours close at the grid's edge
-        for line in contour_generator(z=framed).lines(0.5):
-            corners = np.asarray(line)[:-1] - 1
+        for corners in traced(plane, 0.5):
             if len(corners) >= LEAST_CORNERS:
                 yield carried.to_world(np.column_stack([corners, np.full(len(corners), k)]))
 

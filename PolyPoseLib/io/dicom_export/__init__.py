@@ -1,1 +1,1 @@
-"""A result as DICOM: CT series, segmentation, and registrations, for planning systems."""
+"""A result as DICOM: CT series, segmentation, contours and registrations, for planning systems."""

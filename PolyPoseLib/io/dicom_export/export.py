@@ -16,7 +16,7 @@ from PolyPoseLib.io.dicom_export.behind import slices_behind
 from PolyPoseLib.io.dicom_export.ct_images import write_converted, write_warped
 from PolyPoseLib.io.dicom_export.inputs import CtChoice, ExportInputs, read_inputs
 from PolyPoseLib.io.dicom_export.objects import RESEARCH_ONLY, Export, Series, save_object, text_of
-from PolyPoseLib.io.dicom_export.parts import BONES, CONTENTS, DEFORMATION, PARTS, SEGMENTATION
+from PolyPoseLib.io.dicom_export.parts import BONES, CONTENTS, CONTOURS, DEFORMATION, PARTS, SEGMENTATION
 from PolyPoseLib.io.dicom_export.references import images_of
 from PolyPoseLib.io.dicom_export.registrations import (
     Warped,
@@ -29,6 +29,7 @@ from PolyPoseLib.io.dicom_export.segmentation import (
     segmentation,
     segments_present,
 )
+from PolyPoseLib.io.dicom_export.structure_set import structure_set
 from PolyPoseLib.io.disk_space import require_space
 from PolyPoseLib.io.whole_folders import claimed_folder
 
@@ -95,8 +96,13 @@ def _write(content: Content, folder: Path, leave_out: Collection[str]) -> None:
     writer = _Writer(content, folder)
     writer.write_original()
     writer.write_ct()
+    if not content[2]:
+        _LOG.warning("No label lies on the warped CT's grid: there are no segments and no contours to write.")
+        leave_out = {*leave_out, SEGMENTATION, CONTOURS}
     if SEGMENTATION not in leave_out:
         writer.write_segmentation()
+    if CONTOURS not in leave_out:
+        writer.write_contours()
     if DEFORMATION not in leave_out:
         writer.write_deformation()
     if BONES not in leave_out:
@@ -131,16 +137,19 @@ class _Writer:
 
     def write_segmentation(self) -> None:
         """The warped labels."""
-        if not self.segments:
-            _LOG.warning("No label lies on the warped CT's grid: there is no segmentation to write.")
-            return
         own = self._series("SEG", 2, "labels in the posture of the X-rays")
         made = segmentation(self.export, own, self.inputs.warped_labels, self.segments, self.headers)
         save_object(made, self.folder / "segmentation.dcm")
 
+    def write_contours(self) -> None:
+        """The warped labels once more."""
+        own = self._series("RTSTRUCT", 3, "contours in the posture of the X-rays")
+        made = structure_set(self.export, own, self._warped(), self.inputs.warped_labels, self.segments)
+        save_object(made, self.folder / "contours.dcm")
+
     def write_deformation(self) -> None:
         """The displacement field."""
-        own = self._series("REG", 3, "deformation between CT and X-rays")
+        own = self._series("REG", 4, "deformation between CT and X-rays")
         made = deformable_registration(self.export, own, self._warped(), self.result.transform)
         save_object(made, self.folder / "deformation.dcm")
 
@@ -148,7 +157,7 @@ class _Writer:
         """Every bone's own motion, the anchor's, which is none, among them."""
         place = self._made("bones")
         for number, (name, structure) in enumerate(self.result.structures.items(), start=1):
-            own = self._series("REG", 3 + number, f"rigid motion of {name}")
+            own = self._series("REG", 4 + number, f"rigid motion of {name}")
             made = spatial_registration(self.export, own, self._warped(), name, structure)
             save_object(made, place / bone_file(number, name))
 
@@ -205,6 +214,6 @@ def _bytes_of(result: Result, inputs: ExportInputs, segments: Sequence[Segment])
     _, rows, columns = inputs.warped_ct.shape
     slices = len(inputs.source.images)
     images = 2.0 * inputs.warped_ct.voxels.size * (1 if inputs.ct is None else 2)
-    frames = sum(each.slices for each in segments) * (rows * columns / 8 + 1000)
+    frames = sum(each.slices for each in segments) * (rows * columns / 8 + 6000)
     references = 500.0 * slices * (len(result.structures) + 20)
     return images + frames + 12.0 * float(np.prod(result.transform.shape)) + references + 2e6

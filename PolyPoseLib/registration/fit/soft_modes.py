@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 DEVIATION_MM = 8.0
-"""Standard deviation of each component of the displacement, in the mean over the box: two thirds of it in the middle."""
+"""Standard deviation of each component of the displacement, in the mean over the box; two thirds of it inside."""
 
 LENGTH_MM = 80.0
 """Length scale of its covariance: displacements this far apart are correlated by 0.6."""

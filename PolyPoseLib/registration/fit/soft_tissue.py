@@ -94,6 +94,12 @@ class SoftTissue:
         beside *= self.freedom(field)[..., None]
         return DisplacementField(field.vectors + beside, field.affine)
 
+    def motion_around(self, point: np.ndarray) -> float:
+        """How far (mm) the soft tissue around a bone at ``point`` (3,) LPS mm moved by itself."""
+        if self.coefficients is None:
+            return 0.0
+        return float(np.linalg.norm(self.modes.at(point[None])[0] @ self.coefficients))
+
     def freedom(self, field: DisplacementField) -> np.ndarray:
         """(k, j, i) share, 0 to 1, of the motion beside the bones' that tissue at a field's nodes takes part in."""
         nodes = flat_points(field.affine, field.shape, 0, int(np.prod(field.shape)))

@@ -30,6 +30,13 @@ contradicts it."""
 HIDDEN_SHARE = 0.4
 """Share behind metal at which a bone is as uncertain as one that no X-ray shows clearly."""
 
+SOFT_SHARE = 0.2
+"""Standard deviation of a bone's place, of how far the soft tissue around it moved by itself: the motion that is found
+is smooth and stops at bones, and what it misses of an organ's edge over a rib moves the rib."""
+
+LEVER_MM = 50.0
+"""At which a rotation moves a bone as far."""
+
 CLIPPED_DEG, CLIPPED_MM = 1.5, 1.5
 """Standard deviations more where the CT was clipped to a window of soft tissue: edges of bones are not where the X-rays
 have them, and bones were up to 3.3 mm off."""
@@ -73,6 +80,8 @@ def structure_uncertainties(
         stated[k] = each if np.isnan(contrast).all() else each.at_contrast(float(np.nanmean(contrast)))
         if not agreement.is_clear[k]:
             stated[k] = stated[k].with_error(PoseUncertainty.independent(UNCONFIRMED_DEG, UNCONFIRMED_MM))
+        beside = run.soft_tissue.motion_around(run.scene.centres[k])
+        stated[k] = stated[k].with_error(error_beside_soft_motion(beside))
         if hidden[k] > 0:
             stated[k] = stated[k].with_error(error_behind_metal(float(hidden[k])))
         supporting = np.flatnonzero(agreement.supported[k]).tolist()
@@ -80,6 +89,12 @@ def structure_uncertainties(
             beam = _beam(joint.cameras[supporting[0]], joint.poses[k], run.scene.centres[k])
             stated[k] = stated[k].with_error(PoseUncertainty.shift_along(beam, UNCONFIRMED_MM))
     return {k: each if systematic is None else each.with_error(systematic) for k, each in stated.items()}
+
+
+def error_beside_soft_motion(moved_mm: float) -> PoseUncertainty:
+    """What a bone's pose may be off by more where the soft tissue around it moved so far by itself."""
+    deviation = SOFT_SHARE * moved_mm
+    return PoseUncertainty.independent(float(np.degrees(deviation / LEVER_MM)), deviation)
 
 
 def error_behind_metal(share: float) -> PoseUncertainty:

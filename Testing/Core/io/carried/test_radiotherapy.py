@@ -120,7 +120,6 @@ def volume_of(contours, step) -> float:
 
 
 def test_contours_move_with_the_field_and_stay_flat(tmp_path):
-    pytest.importorskip("contourpy")
     result = carried_result()
     shift = np.array([5.0, -3.0, 4.0])
     vectors = np.broadcast_to(-shift, result.transform.vectors.shape).astype(np.float32)
@@ -138,7 +137,6 @@ def test_contours_move_with_the_field_and_stay_flat(tmp_path):
 
 
 def test_points_of_a_structure_set_are_carried_as_points(tmp_path):
-    pytest.importorskip("contourpy")
     result = carried_result()
     source, *_ = ball_set(result, tmp_path)
     whole = pydicom.dcmread(source)
@@ -156,7 +154,6 @@ def test_points_of_a_structure_set_are_carried_as_points(tmp_path):
 
 
 def test_a_structure_set_without_contours_is_refused(tmp_path):
-    pytest.importorskip("contourpy")
     result = carried_result()
     source, *_ = ball_set(result, tmp_path)
     whole = pydicom.dcmread(source)

@@ -13,6 +13,7 @@ from dicom_case import write_dicom_case
 from standard_registrations import registered_to_source, source_to_registered
 
 from PolyPoseLib.io.dicom_export.export import export_dicom
+from PolyPoseLib.io.segmentations import read_segmentation
 
 CASES = [(0, False), (1, True), (2, False), (3, True)]
 
@@ -192,6 +193,32 @@ def test_dcmqi_reads_the_labels_where_they_were(exported, tmp_path):
     assert np.array_equal(found == numbers["femur_left"], labels.voxels == 75)
     assert np.array_equal(found == numbers["sacrum"], labels.voxels == 25)
     assert (labels.voxels == 75).any()
+
+
+def test_contours_hold_the_labels_voxels_as_plastimatch_fills_them(exported, tmp_path):
+    case, folder = exported
+    names = {
+        each.ROINumber: each.ROIName
+        for each in pydicom.dcmread(folder / "contours.dcm").StructureSetROISequence
+    }
+    assert set(names.values()) - {"heart"} == {"femur_left", "sacrum"}
+    grid = case.result.warped_labels
+    read = read_segmentation(folder / "contours.dcm", grid)
+    masks = {each.name: read.on_grid(each.layer, grid).voxels == each.label for each in read.segments}
+    for name, label in (("femur_left", 75), ("sacrum", 25)):
+        assert np.array_equal(masks[name], grid.voxels == label)
+    program = shutil.which("plastimatch")
+    if program is None:
+        pytest.skip("plastimatch is not installed (pip install plastimatch)")
+    command = [
+        program, "convert", "--input", folder / "contours.dcm", "--referenced-ct", folder / "ct",
+        "--output-prefix", tmp_path / "masks", "--prefix-format", "nrrd",
+    ]  # fmt: skip
+    subprocess.run(list(map(str, command)), check=True, capture_output=True, timeout=60)
+    theirs = sitk.ReadImage(str(tmp_path / "masks/femur_left.nrrd"))
+    found = sitk.Resample(theirs, grid.to_sitk(), sitk.Transform(), sitk.sitkNearestNeighbor, 0)
+    different = (sitk.GetArrayFromImage(found) > 0) != (grid.voxels == 75)
+    assert different.sum() <= 0.02 * (grid.voxels == 75).sum()
 
 
 def test_plastimatch_writes_the_same_registrations(exported, tmp_path):

@@ -90,5 +90,5 @@ def test_without_any_label_there_is_no_segmentation(tmp_path, caplog):
     labels = case.result.warped_labels
     case.result.warped_labels = labels.with_voxels(np.zeros_like(labels.voxels))
     folder = export_dicom(case.result, case.study, tmp_path / "dicom")
-    assert not (folder / "segmentation.dcm").exists()
-    assert "there is no segmentation to write" in caplog.text
+    assert not (folder / "segmentation.dcm").exists() and not (folder / "contours.dcm").exists()
+    assert "no segments and no contours" in caplog.text

@@ -39,7 +39,7 @@ def test_names_in_any_script_survive(tmp_path, character_set, patient, bone):
     assert str(source.PatientName) == patient
     folder = export_dicom(case.result, case.study, tmp_path / "dicom")
     files = [*sorted((folder / "ct").iterdir())[:1], *folder.glob("*.dcm"), *(folder / "bones").iterdir()]
-    assert len(files) == 5
+    assert len(files) == 6
     for file in files:
         whole = pydicom.dcmread(file)
         assert whole.PatientName == source.PatientName, file.name
@@ -61,13 +61,9 @@ def test_every_object_has_the_patient_and_the_study_of_the_ct(tmp_path):
         assert [whole[each].value for each in wanted] == [source[each].value for each in wanted], file.name
         series.setdefault(whole.SeriesInstanceUID, set()).add((whole.Modality, int(whole.SeriesNumber)))
     assert all(len(each) == 1 for each in series.values())
-    assert sorted(kind for (kind,) in series.values()) == [
-        ("CT", 401),
-        ("REG", 403),
-        ("REG", 404),
-        ("REG", 405),
-        ("SEG", 402),
-    ]
+    kinds = {kind for (kind,) in series.values()}
+    assert kinds == {("CT", 401), ("SEG", 402), ("RTSTRUCT", 403), ("REG", 404), ("REG", 405), ("REG", 406)}
+    assert len(series) == len(kinds)
     assert source.SeriesInstanceUID not in series
     instances = [str(pydicom.dcmread(each).SOPInstanceUID) for each in folder.rglob("*.dcm")]
     assert len(set(instances)) == len(instances)
@@ -98,7 +94,9 @@ def test_no_log_no_name_and_no_other_file_names_the_patient(tmp_path, caplog, ca
     assert pydicom.dcmread(tmp_path / "dicom/segmentation.dcm").PatientName == "Smith,John"
 
 
-@pytest.mark.parametrize("failing", ["deformable_registration", "segmentation", "spatial_registration"])
+@pytest.mark.parametrize(
+    "failing", ["deformable_registration", "segmentation", "spatial_registration", "structure_set"]
+)
 def test_all_is_written_or_nothing(tmp_path, monkeypatch, failing):
     case = write_dicom_case(tmp_path / "case")
 

@@ -51,7 +51,7 @@ def test_objects_are_valid_and_agree_with_the_cts(tmp_path, seed):
     case = write_dicom_case(tmp_path / "case", seed, left_handed=seed == 1)
     folder = export_dicom(case.result, case.study, tmp_path / "dicom")
     files = files_of(folder)
-    assert len(files) == 12 + 1 + 1 + 2
+    assert len(files) == 12 + 1 + 1 + 1 + 2
     assert attribute_faults(*(files if seed == 0 else one_of_each(folder))) == []
     assert entity_faults(*files, *files_of(case.ct_folder)) == []
 

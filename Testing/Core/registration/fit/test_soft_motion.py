@@ -133,6 +133,15 @@ def test_a_body_at_rest_stays_at_rest(scene, patient, cameras):
     assert moved.mean() < 0.8 and np.quantile(moved, 0.95) < 2.0  # voxels of 6 mm
 
 
+def test_how_far_tissue_moved_is_told_where_bones_hold_it_as_well(scene):
+    soft = quiet_run(scene).soft_tissue
+    assert soft.motion_around(LIVER) == 0
+    rng = np.random.default_rng(0)
+    moved = soft.with_motion(rng.normal(size=(soft.modes.count, 3)) * np.sqrt(soft.modes.variances)[:, None])
+    free = moved.modes.at(LIVER[None]) @ moved.coefficients
+    assert moved.motion_around(LIVER) == pytest.approx(np.linalg.norm(free))
+
+
 def test_without_pixels_nothing_moves(scene, patient, cameras):
     nowhere = [replace(each, mask=np.zeros_like(each.mask)) for each in observed(patient, cameras, 8.0)]
     _, field = fitted(scene, nowhere, steps=1)

@@ -13,10 +13,12 @@ from PolyPoseLib.registration.uncertainty.intervals import (
     CLIPPED_MM,
     DISTORTION,
     HIDDEN_SHARE,
+    SOFT_SHARE,
     UNCONFIRMED_MM,
     _beam,
     distortion_error,
     error_behind_metal,
+    error_beside_soft_motion,
     systematic_error,
 )
 
@@ -53,6 +55,14 @@ def test_the_beam_through_a_bone_is_the_direction_in_which_it_does_not_move_in_t
     beam = _beam(view, np.eye(4), centre)
     np.testing.assert_allclose(view.project(centre), view.project(centre + 30 * beam), atol=1e-6)
     assert beam @ view.axis > 0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_farther_soft_tissue_moved_by_itself_the_less_certain_is_a_bone_in_it(seed):
+    moved = np.sort(np.random.default_rng(seed).uniform(0.1, 30, 10))
+    widths = [error_beside_soft_motion(each).widest_mm for each in moved]
+    assert np.allclose(widths, 1.96 * SOFT_SHARE * moved)
+    assert not error_beside_soft_motion(0.0).covariance.any()
 
 
 @pytest.mark.parametrize("seed", range(5))
