@@ -46,7 +46,9 @@ INVERSE, STRUCTURES = "inverse_transform.h5", "structures.nii.gz"
 """Files that results of earlier versions lack."""
 
 
-def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: bool = False) -> Path:
+def save_result(
+    result: Result, folder: str | Path | FolderClaim, overwrite: bool = False, report: bool = True
+) -> Path:
     """Write the folder of a result, all of it or nothing.
 
     A report that cannot be drawn is left out with a warning: it is no reason to lose hours of computation.
@@ -59,6 +61,8 @@ def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: boo
         To write; absent, empty, or with ``overwrite`` an earlier result. A claim says already whether it is replaced.
     overwrite : bool
         Whether an earlier result is replaced.
+    report : bool
+        Whether the report is drawn, too.
 
     Returns
     -------
@@ -73,7 +77,7 @@ def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: boo
     """
     if not isinstance(folder, FolderClaim):
         with claimed_folder(folder, overwrite) as claim:
-            return save_result(result, claim)
+            return save_result(result, claim, report=report)
     require_space(folder.folder, _bytes_of(result))
     with folder.whole() as temporary:
         _write_fields(result, temporary)
@@ -91,7 +95,8 @@ def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: boo
             write_volume(_image_volume(rendering, camera), temporary / f"xray_{number}_drr.nii.gz")
         for number, (image, camera) in enumerate(zip(result.xray_images, result.cameras, strict=False)):
             write_volume(_image_volume(_thousandths(image), camera), temporary / f"xray_{number}.nii.gz")
-        write_report(result, temporary)
+        if report:
+            write_report(result, temporary)
     return folder.folder
 
 

@@ -14,6 +14,7 @@ from ..study.snapshot import Snapshot
 from .adjustment import AdjustmentPart
 from .cameras import CameraPart
 from .carm import CarmPart
+from .export import ExportPart
 from .landmarks import LandmarksPart
 from .node_choice import NodeChoice
 from .register import RegisterPart
@@ -52,7 +53,7 @@ class Panel:
         self.steps = Steps(ui)
         self.structures = StructuresPart(ui)
         self.segment = SegmentPart(ui, self.structures.propose)
-        self.choice = NodeChoice(host, self._nodes_deleted)
+        self.choice = NodeChoice(host, self._nodes_deleted, self._nodes_added)
         self._inputs: dict[str, str] = {}
         self.xrays = XraysPart(ui, self.choice, self._xray_selected)
         self.carm = CarmPart(ui, self.xrays, self.renderer, self._show_views)
@@ -66,6 +67,7 @@ class Panel:
             form, {"Ctrl+Shift+B": self.review.swap_posture, "Ctrl+Shift+F": self.review.swap_flicker}
         )
         self.saving = SavingPart(ui, self.review)
+        self.export = ExportPart(ui, requirements)
         self.register = RegisterPart(ui, logic, requirements, self._result_came, self._changed)
         self.adjustment = AdjustmentPart(ui, self.review, self.register)
         scene = slicer.mrmlScene
@@ -108,6 +110,7 @@ class Panel:
         self.cameras.close()
         self.landmarks.stop()
         self.register.close()
+        self.export.close()
         self.review.pause()
         self.renderer.close()
         self.choice.close()
@@ -146,6 +149,7 @@ class Panel:
             self.register.show(parameters, unready)
             self.review.show(parameters, self.register.running)
             self.saving.show(parameters)
+            self.export.show(parameters)
             self.adjustment.show(parameters)
             self._show_steps(parameters, unready)
         finally:
@@ -180,6 +184,10 @@ class Panel:
                 self._inputs[name] = ""
                 setattr(parameters, name, None)
         self._changed()
+
+    def _nodes_added(self) -> None:
+        """Nodes were added: they may be carried along."""
+        self.review.list_carriable()
 
     def _observe_segmentation(self, node: Any) -> None:
         """Notice segments that are added, removed or renamed."""

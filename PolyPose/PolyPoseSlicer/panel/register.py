@@ -20,7 +20,13 @@ from ..process.dependencies import ensure_dependencies
 from ..process.registration import Registration, State
 from ..scene import layouts
 from ..scene.names import free_name
-from ..study.parameters import PolyPoseParameterNode, store_outputs, structures_of, xray_sources
+from ..study.parameters import (
+    PolyPoseParameterNode,
+    carried_nodes,
+    store_outputs,
+    structures_of,
+    xray_sources,
+)
 from ..study.result_origin import remember_segments
 from ..study.results import fill_similarity_table, set_plot
 from ..study.snapshot import Snapshot
@@ -134,7 +140,8 @@ class RegisterPart:
             self._remove_curve()
             self._say(str(error))
             return
-        preview = LivePreview(parameters.ct, parameters.segmentation) if parameters.livePreview else None
+        moving = (parameters.ct, parameters.segmentation, *carried_nodes(parameters))
+        preview = LivePreview(*moving) if parameters.livePreview else None
         self._active = _Active(run, parameters, before, preview, kept_in)
         self._ui.progressBar.setVisible(True)
         self._ui.progressBar.setRange(0, 0)

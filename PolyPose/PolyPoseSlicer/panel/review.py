@@ -21,6 +21,7 @@ from ..study.result_origin import made_from
 from ..study.snapshot import Snapshot
 from ..study.xray_reading import XrayReport
 from .bones_3d import Bones3DPart
+from .carry import CarryPart
 from .maps import MapsPart, set_checked
 from .motions import MotionsPart
 from .pictures import Pictures, pictures_of_inputs, pictures_of_result
@@ -54,7 +55,7 @@ class ReviewPart:
         self._reports, self._reference = reports, reference
         self._parameters: PolyPoseParameterNode | None = None
         self._shown: Any = None
-        self._after = False
+        self._after = self._running = False
         self._setting = False
         self.report_png: bytes | None = None
         self.pictures = Pictures()
@@ -62,6 +63,7 @@ class ReviewPart:
         self.motions = MotionsPart(ui)
         self.maps = MapsPart(ui)
         self.bones = Bones3DPart(ui)
+        self.carry = CarryPart(ui)
         self._flicker = qt.QTimer()
         self._flicker.interval = FLICKER_MS
         self._flicker.connect("timeout()", self.pictures.flicker)
@@ -85,10 +87,11 @@ class ReviewPart:
 
     def show(self, parameters: PolyPoseParameterNode | None, running: bool = False) -> None:
         """Another parameter node, or the same that changed; running: whether a registration is."""
-        self._parameters = parameters
+        self._parameters, self._running = parameters, running
         self.undo.show(parameters, running)
         self.motions.show(parameters)
         self.maps.show(parameters)
+        self.carry.show(parameters, self._after, running)
         self._ui.showAfter.enabled = parameters is not None and parameters.outputTransform is not None
         self._show_verdict(parameters)
         self.follow_cameras()
@@ -122,6 +125,7 @@ class ReviewPart:
         set_checked(self._ui.showAfter, True)
         self._after = True
         self.show_layout()
+        self.carry.show(self._parameters, self._after, self._running)
 
     def _result_goes(self) -> None:
         """Another result takes the place of this one: nothing may lie under its transform, or show its maps."""
@@ -260,8 +264,13 @@ class ReviewPart:
         self.pictures.before = not self._after
         self.pictures.draw()
         self.bones.show(self._parameters, self._after)
+        self.carry.show(self._parameters, self._after, self._running)
         if not self._after:
             self._render_before()
+
+    def list_carriable(self) -> None:
+        """Nodes were added to the scene: show those that can be carried along."""
+        self.carry.show(self._parameters, self._after, self._running)
 
     @drawn_once
     def load_result(self, folder: str) -> None:
@@ -286,6 +295,7 @@ class ReviewPart:
         self._shown = self._fitted = None
         self.report_png = None
         self.bones.clear()
+        self.carry.close()
         self.pictures.clear()
 
     def pause(self) -> None:

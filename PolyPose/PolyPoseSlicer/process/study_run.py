@@ -73,7 +73,7 @@ class StudyRun:
         self._job: Job | None = None
         self._cancelling = False
         self._thread_result: Any = None
-        self._thread = self._start_thread(lambda: write_study(study, self._folder))
+        self._thread = self._start_thread(self._write)
 
     @property
     def cancelling(self) -> bool:
@@ -115,6 +115,10 @@ class StudyRun:
         if not self.state.ended:
             self._cancelling = True
             self._end(State.CANCELLED, self._cancelled())
+
+    def _write(self) -> Path:
+        """Write what the child reads and return the study's file; called in a thread, touches no node."""
+        return write_study(self._study, self._folder)
 
     def _arguments(self, study_file: Path) -> list[str]:
         """The subcommand and its arguments."""

@@ -11,12 +11,13 @@ import numpy as np
 import slicer
 import vtk
 from slicer.i18n import tr as _
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk
 
 from PolyPoseLib.errors import InputError
 
 from . import layouts
-from .frames import flip_affine, flip_vectors, from_vtk, to_vtk
+from .frames import flip_affine, to_vtk
+from .grid_transform import field_of
 from .nodes import Grid, Layer, read_layers, region_on
 
 if TYPE_CHECKING:
@@ -113,26 +114,8 @@ def volume_change(node: slicer.vtkMRMLTransformNode) -> Callable[[], VolumeChang
 
     Raises InputError when the node holds no grid.
     """
-    from PolyPoseLib.data.displacement_field import DisplacementField
-
-    transform = node.GetTransformFromParentAs("vtkOrientedGridTransform", False, True)
-    if transform is None or transform.GetDisplacementGrid() is None:
-        raise InputError(
-            _("'{node}' does not hold a displacement grid: register first, or load a result.").format(
-                node=node.GetName()
-            )
-        )
-    grid = transform.GetDisplacementGrid()
-    shape = grid.GetDimensions()[::-1]
-    vectors = vtk_to_numpy(grid.GetPointData().GetScalars()).reshape(*shape, 3)
-    direction = transform.GetGridDirectionMatrix()
-    affine = np.eye(4) if direction is None else from_vtk(direction)
-    affine[:3, :3] = affine[:3, :3] * np.array(grid.GetSpacing())
-    affine[:3, 3] = grid.GetOrigin()
-    field = DisplacementField(
-        np.ascontiguousarray(flip_vectors(vectors), dtype=np.float32), flip_affine(affine)
-    )
-    return partial(_change, field, affine)
+    field = field_of(node)
+    return partial(_change, field, flip_affine(field.affine))
 
 
 def _change(field: DisplacementField, affine: np.ndarray) -> VolumeChange:

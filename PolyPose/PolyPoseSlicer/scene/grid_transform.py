@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import slicer
 import vtk
-from vtkmodules.util.numpy_support import numpy_to_vtk
+from slicer.i18n import tr as _
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
-from .frames import flip_affine, flip_vectors, to_vtk
+from PolyPoseLib.errors import InputError
+
+from .frames import flip_affine, flip_vectors, from_vtk, to_vtk
+
+if TYPE_CHECKING:
+    from PolyPoseLib.data.displacement_field import DisplacementField
 
 
 def set_grid_transform(node: slicer.vtkMRMLTransformNode, vectors: np.ndarray, affine: np.ndarray) -> None:
@@ -36,6 +43,29 @@ def set_grid_transform(node: slicer.vtkMRMLTransformNode, vectors: np.ndarray, a
     transform.SetDisplacementGridData(grid)
     transform.SetInterpolationModeToLinear()
     node.SetAndObserveTransformFromParent(transform)
+
+
+def field_of(node: slicer.vtkMRMLTransformNode) -> DisplacementField:
+    """A copy of the displacement field that a transform node holds, LPS; raises InputError when it holds none."""
+    from PolyPoseLib.data.displacement_field import DisplacementField
+
+    transform = node.GetTransformFromParentAs("vtkOrientedGridTransform", False, True)
+    if transform is None or transform.GetDisplacementGrid() is None:
+        raise InputError(
+            _("'{node}' does not hold a displacement grid: register first, or load a result.").format(
+                node=node.GetName()
+            )
+        )
+    grid = transform.GetDisplacementGrid()
+    shape = grid.GetDimensions()[::-1]
+    vectors = vtk_to_numpy(grid.GetPointData().GetScalars()).reshape(*shape, 3)
+    direction = transform.GetGridDirectionMatrix()
+    affine = np.eye(4) if direction is None else from_vtk(direction)
+    affine[:3, :3] = affine[:3, :3] * np.array(grid.GetSpacing())
+    affine[:3, 3] = grid.GetOrigin()
+    return DisplacementField(
+        np.ascontiguousarray(flip_vectors(vectors), dtype=np.float32), flip_affine(affine)
+    )
 
 
 def keep_linear(node: slicer.vtkMRMLTransformNode | None) -> None:

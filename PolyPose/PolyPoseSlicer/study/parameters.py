@@ -70,6 +70,7 @@ class PolyPoseParameterNode:
     xrayImages, xrayTexts: one entry an X-ray; see `xray_sources`. xrayCameras: its camera's transform, or None.
     xrayCtLandmarks, xrayLandmarks: its points in the CT and in the image, or None.
     options: JSON of the advanced options (PolyPoseLib.data.options) beside preset and device.
+    carried: nodes of the CT's posture that follow the result.
     output...: None before the first registration.
     """
 
@@ -86,6 +87,7 @@ class PolyPoseParameterNode:
     device: Device = Device.AUTO
     options: str = "{}"
     livePreview: bool = True
+    carried: list[vtkMRMLNode]
     outputTransform: vtkMRMLTransformNode
     outputVolume: vtkMRMLScalarVolumeNode
     outputSegmentation: vtkMRMLSegmentationNode
@@ -157,6 +159,32 @@ def _text_of(source: XraySource) -> str:
     if source.found is not None:
         more["found"] = source.found.to_dict()
     return json.dumps({**source.fields, **more})
+
+
+def carried_nodes(parameters: PolyPoseParameterNode) -> list[Any]:
+    """What is carried along with the result: nodes that still exist, and have not become the module's own since."""
+    own = own_nodes(parameters)
+    return [each for each in parameters.carried if each is not None and each not in own]
+
+
+def store_carried(parameters: PolyPoseParameterNode, nodes: Sequence[Any]) -> None:
+    """Remember what is carried along."""
+    parameters.carried = list(nodes)
+
+
+def own_nodes(parameters: PolyPoseParameterNode) -> list[Any]:
+    """The nodes that the module's inputs and outputs are: what follows them is not one of them."""
+    outputs = outputs_of(parameters)
+    return [
+        parameters.ct,
+        parameters.segmentation,
+        outputs.volume,
+        outputs.segmentation,
+        *outputs.renderings,
+        *outputs.xrays,
+        *parameters.xrayImages,
+        *parameters.xrayLandmarks,
+    ]
 
 
 def options_of(parameters: PolyPoseParameterNode) -> dict:

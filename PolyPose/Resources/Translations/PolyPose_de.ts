@@ -868,6 +868,38 @@
         <translation>Nur das CT, seine Segmentierung und das Ergebnis in eine eigene Szene (.mrb) schreiben, die sich in jedem Slicer öffnen lässt, auch ohne dieses Modul.</translation>
     </message>
     <message>
+        <source>Carry</source>
+        <translation>Mitnehmen</translation>
+    </message>
+    <message>
+        <source>Carry along</source>
+        <translation>Mitnehmen</translation>
+    </message>
+    <message>
+        <source>Markups, models, segmentations, volumes and RT doses of the CT: what is checked follows Before and After, and the registration while it runs.</source>
+        <translation>Markierungen, Modelle, Segmentierungen, Volumen und RT-Dosen des CT: Was angekreuzt ist, folgt Vorher und Nachher, und der Registrierung, während sie läuft.</translation>
+    </message>
+    <message>
+        <source>95 % ellipsoids of points</source>
+        <translation>95-%-Ellipsoide der Punkte</translation>
+    </message>
+    <message>
+        <source>How far each carried point may be off, in 3D and in the slices; shown with After.</source>
+        <translation>Wie weit jeder mitgenommene Punkt danebenliegen kann, in 3D und in den Schichten; mit Nachher gezeigt.</translation>
+    </message>
+    <message>
+        <source>Result for planning systems</source>
+        <translation>Ergebnis für Planungssysteme</translation>
+    </message>
+    <message>
+        <source>Export as DICOM...</source>
+        <translation>Als DICOM exportieren...</translation>
+    </message>
+    <message>
+        <source>Write the warped CT, the segmentation, every bone&apos;s motion and the deformation as DICOM objects, for planning systems.</source>
+        <translation>Das verformte CT, die Segmentierung, die Bewegung jedes Knochens und die Verformung als DICOM-Objekte für Planungssysteme schreiben.</translation>
+    </message>
+    <message>
         <source>Adjust</source>
         <translation>Anpassen</translation>
     </message>
@@ -1100,6 +1132,96 @@
     <message>
         <source>Initial camera of {name}</source>
         <translation>Startkamera von {name}</translation>
+    </message>
+</context>
+<context>
+    <name>panel.carry</name>
+    <message>
+        <source>Is put under the result&apos;s transform while After is shown, and back for Before.</source>
+        <translation>Kommt unter die Transformation des Ergebnisses, solange Nachher gezeigt wird, und für Vorher zurück.</translation>
+    </message>
+    <message>
+        <source>Computing...</source>
+        <translation>Wird berechnet...</translation>
+    </message>
+    <message>
+        <source>Points inside a bone take the bone&apos;s own motion; all others, the displacement field. The markups themselves stay as they are: copies of them are shown.</source>
+        <translation>Punkte in einem Knochen bewegen sich mit diesem, alle anderen mit dem Verschiebungsfeld. Die Markierungen selbst bleiben, wie sie sind: Gezeigt werden Kopien.</translation>
+    </message>
+    <message>
+        <source>Nothing to carry: load or make markups, models, segmentations or volumes of the CT.</source>
+        <translation>Nichts mitzunehmen: Laden oder erstellen Sie Markierungen, Modelle, Segmentierungen oder Volumen des CT.</translation>
+    </message>
+    <message>
+        <source>Points follow the displacement field alone: {reason}</source>
+        <translation>Die Punkte folgen allein dem Verschiebungsfeld: {reason}</translation>
+    </message>
+    <message>
+        <source>Check what shall follow Before and After.</source>
+        <translation>Kreuzen Sie an, was Vorher und Nachher folgen soll.</translation>
+    </message>
+    <message>
+        <source>Choose After in the tab Compare to see it in the posture of the X-rays.</source>
+        <translation>Wählen Sie Nachher auf der Karteikarte Vergleichen, um es in der Haltung der Röntgenbilder zu sehen.</translation>
+    </message>
+    <message>
+        <source>Shown in the posture of the X-rays.</source>
+        <translation>In der Haltung der Röntgenbilder gezeigt.</translation>
+    </message>
+</context>
+<context>
+    <name>panel.export</name>
+    <message>
+        <source>Added to Slicer&apos;s DICOM database.</source>
+        <translation>In die DICOM-Datenbank von Slicer aufgenommen.</translation>
+    </message>
+    <message>
+        <source>Writing DICOM...</source>
+        <translation>DICOM wird geschrieben...</translation>
+    </message>
+    <message>
+        <source>Export as DICOM...</source>
+        <translation>Als DICOM exportieren...</translation>
+    </message>
+    <message>
+        <source>Export as DICOM into a folder</source>
+        <translation>Als DICOM in einen Ordner exportieren</translation>
+    </message>
+    <message>
+        <source>Cancel</source>
+        <translation>Abbrechen</translation>
+    </message>
+    <message>
+        <source>Cancelled; nothing was changed.</source>
+        <translation>Abgebrochen; nichts wurde geändert.</translation>
+    </message>
+    <message>
+        <source>Add the exported DICOM objects to Slicer&apos;s DICOM database?</source>
+        <translation>Die exportierten DICOM-Objekte in die DICOM-Datenbank von Slicer aufnehmen?</translation>
+    </message>
+    <message>
+        <source>Stop the export; nothing is written.</source>
+        <translation>Den Export abbrechen; nichts wird geschrieben.</translation>
+    </message>
+    <message>
+        <source>Write the warped CT, the segmentation, every bone&apos;s motion and the deformation as DICOM objects, for planning systems.</source>
+        <translation>Das verformte CT, die Segmentierung, die Bewegung jedes Knochens und die Verformung als DICOM-Objekte für Planungssysteme schreiben.</translation>
+    </message>
+    <message>
+        <source>Written to {folder}.</source>
+        <translation>Nach {folder} geschrieben.</translation>
+    </message>
+    <message>
+        <source>Export as DICOM</source>
+        <translation>Als DICOM exportieren</translation>
+    </message>
+    <message>
+        <source>Slicer&apos;s DICOM module could not add them ({reason}): add the folder there.</source>
+        <translation>Das DICOM-Modul von Slicer konnte sie nicht aufnehmen ({reason}): Fügen Sie den Ordner dort hinzu.</translation>
+    </message>
+    <message>
+        <source>The CT is not in Slicer&apos;s DICOM database: everything, the CT too, was written for the placeholder patient {name}.</source>
+        <translation>Das CT ist nicht in der DICOM-Datenbank von Slicer: Alles, auch das CT, wurde für den Platzhalter-Patienten {name} geschrieben.</translation>
     </message>
 </context>
 <context>
@@ -1765,6 +1887,13 @@
     </message>
 </context>
 <context>
+    <name>process.dicom_export</name>
+    <message>
+        <source>DICOM export</source>
+        <translation>DICOM-Export</translation>
+    </message>
+</context>
+<context>
     <name>process.environment</name>
     <message>
         <source>PolyPose needs 3D Slicer {needed} or newer, and this is {found}: install the current stable version.</source>
@@ -1951,6 +2080,20 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     </message>
 </context>
 <context>
+    <name>scene.carried_nodes</name>
+    <message>
+        <source>{name} carried along</source>
+        <translation>{name} mitgenommen</translation>
+    </message>
+</context>
+<context>
+    <name>scene.carried_points</name>
+    <message>
+        <source>{name} as X-rayed</source>
+        <translation>{name} wie in den Röntgenbildern</translation>
+    </message>
+</context>
+<context>
     <name>scene.deformation</name>
     <message>
         <source>PolyPose volume change</source>
@@ -1985,12 +2128,22 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
         <translation>Keine Faltungen.</translation>
     </message>
     <message>
-        <source>&apos;{node}&apos; does not hold a displacement grid: register first, or load a result.</source>
-        <translation>„{node}“ enthält kein Verschiebungsgitter: Registrieren Sie zuerst, oder laden Sie ein Ergebnis.</translation>
-    </message>
-    <message>
         <source>There is no structure &apos;{name}&apos;: choose one from the table.</source>
         <translation>Es gibt keine Struktur „{name}“: Wählen Sie eine aus der Tabelle.</translation>
+    </message>
+</context>
+<context>
+    <name>scene.ellipsoids</name>
+    <message>
+        <source>95 % ellipsoids of carried points</source>
+        <translation>95-%-Ellipsoide mitgenommener Punkte</translation>
+    </message>
+</context>
+<context>
+    <name>scene.grid_transform</name>
+    <message>
+        <source>&apos;{node}&apos; does not hold a displacement grid: register first, or load a result.</source>
+        <translation>„{node}“ enthält kein Verschiebungsgitter: Registrieren Sie zuerst, oder laden Sie ein Ergebnis.</translation>
     </message>
 </context>
 <context>
@@ -2111,6 +2264,29 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>calibrated camera</source>
         <translation>kalibrierte Kamera</translation>
+    </message>
+</context>
+<context>
+    <name>study.carried_points</name>
+    <message>
+        <source>Points moved by the bone in which they lie: {count}.</source>
+        <translation>Mit ihrem Knochen bewegte Punkte: {count}.</translation>
+    </message>
+    <message>
+        <source>Points moved by the displacement field: {count}.</source>
+        <translation>Mit dem Verschiebungsfeld bewegte Punkte: {count}.</translation>
+    </message>
+    <message>
+        <source>Points outside of the result&apos;s grid, which are only roughly right: {count}.</source>
+        <translation>Punkte außerhalb des Gitters des Ergebnisses, die nur ungefähr stimmen: {count}.</translation>
+    </message>
+    <message>
+        <source>The longest half axes of the 95 % ellipsoids: {least:.1f} to {most:.1f} mm.</source>
+        <translation>Die längsten Halbachsen der 95-%-Ellipsoide: {least:.1f} bis {most:.1f} mm.</translation>
+    </message>
+    <message>
+        <source>Points whose uncertainty is not known: {count}.</source>
+        <translation>Punkte, deren Unsicherheit nicht bekannt ist: {count}.</translation>
     </message>
 </context>
 <context>
@@ -2317,6 +2493,33 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>view {number}</source>
         <translation>Ansicht {number}</translation>
+    </message>
+</context>
+<context>
+    <name>study.scene_result</name>
+    <message>
+        <source>No result yet: register, or load an earlier result.</source>
+        <translation>Noch kein Ergebnis: Registrieren Sie, oder laden Sie ein früheres Ergebnis.</translation>
+    </message>
+    <message>
+        <source>The result has lost its table of motions: register again, or load the result again.</source>
+        <translation>Dem Ergebnis fehlt die Tabelle der Bewegungen: Registrieren Sie neu, oder laden Sie das Ergebnis neu.</translation>
+    </message>
+    <message>
+        <source>Choose the CT of the result.</source>
+        <translation>Wählen Sie das CT des Ergebnisses.</translation>
+    </message>
+    <message>
+        <source>Choose the segmentation of the result&apos;s bones: it says where they are.</source>
+        <translation>Wählen Sie die Segmentierung der Knochen des Ergebnisses: Sie sagt, wo diese sind.</translation>
+    </message>
+    <message>
+        <source>The result has lost its warped CT or segmentation: register again, or load the result again.</source>
+        <translation>Dem Ergebnis fehlt das verformte CT oder die Segmentierung: Registrieren Sie neu, oder laden Sie das Ergebnis neu.</translation>
+    </message>
+    <message>
+        <source>The result&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>
+        <translation>Die Struktur „{name}“ des Ergebnisses hat kein Segment: Ordnen Sie es im ersten Abschnitt zu.</translation>
     </message>
 </context>
 <context>

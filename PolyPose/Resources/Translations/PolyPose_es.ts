@@ -868,6 +868,38 @@
         <translation>Escribir solo la TC, su segmentación y el resultado en una escena propia (.mrb), que se abre en cualquier Slicer, también sin este módulo.</translation>
     </message>
     <message>
+        <source>Carry</source>
+        <translation>Llevar</translation>
+    </message>
+    <message>
+        <source>Carry along</source>
+        <translation>Llevar consigo</translation>
+    </message>
+    <message>
+        <source>Markups, models, segmentations, volumes and RT doses of the CT: what is checked follows Before and After, and the registration while it runs.</source>
+        <translation>Marcas, modelos, segmentaciones, volúmenes y dosis RT de la TC: lo marcado sigue a Antes y Después, y al registro mientras se ejecuta.</translation>
+    </message>
+    <message>
+        <source>95 % ellipsoids of points</source>
+        <translation>Elipsoides del 95 % de los puntos</translation>
+    </message>
+    <message>
+        <source>How far each carried point may be off, in 3D and in the slices; shown with After.</source>
+        <translation>Cuánto puede desviarse cada punto llevado, en 3D y en los cortes; se muestra con Después.</translation>
+    </message>
+    <message>
+        <source>Result for planning systems</source>
+        <translation>Resultado para sistemas de planificación</translation>
+    </message>
+    <message>
+        <source>Export as DICOM...</source>
+        <translation>Exportar como DICOM...</translation>
+    </message>
+    <message>
+        <source>Write the warped CT, the segmentation, every bone&apos;s motion and the deformation as DICOM objects, for planning systems.</source>
+        <translation>Escribir la TC deformada, la segmentación, el movimiento de cada hueso y la deformación como objetos DICOM, para sistemas de planificación.</translation>
+    </message>
+    <message>
         <source>Adjust</source>
         <translation>Ajustar</translation>
     </message>
@@ -1100,6 +1132,96 @@
     <message>
         <source>Initial camera of {name}</source>
         <translation>Cámara inicial de {name}</translation>
+    </message>
+</context>
+<context>
+    <name>panel.carry</name>
+    <message>
+        <source>Is put under the result&apos;s transform while After is shown, and back for Before.</source>
+        <translation>Se pone bajo la transformación del resultado mientras se muestra Después, y vuelve a su sitio con Antes.</translation>
+    </message>
+    <message>
+        <source>Computing...</source>
+        <translation>Calculando...</translation>
+    </message>
+    <message>
+        <source>Points inside a bone take the bone&apos;s own motion; all others, the displacement field. The markups themselves stay as they are: copies of them are shown.</source>
+        <translation>Los puntos dentro de un hueso siguen el movimiento de ese hueso; los demás, el campo de desplazamientos. Las marcas mismas no cambian: se muestran copias.</translation>
+    </message>
+    <message>
+        <source>Nothing to carry: load or make markups, models, segmentations or volumes of the CT.</source>
+        <translation>No hay nada que llevar: cargue o cree marcas, modelos, segmentaciones o volúmenes de la TC.</translation>
+    </message>
+    <message>
+        <source>Points follow the displacement field alone: {reason}</source>
+        <translation>Los puntos siguen solo el campo de desplazamientos: {reason}</translation>
+    </message>
+    <message>
+        <source>Check what shall follow Before and After.</source>
+        <translation>Marque lo que debe seguir a Antes y Después.</translation>
+    </message>
+    <message>
+        <source>Choose After in the tab Compare to see it in the posture of the X-rays.</source>
+        <translation>Elija Después en la pestaña Comparar para verlo en la postura de las radiografías.</translation>
+    </message>
+    <message>
+        <source>Shown in the posture of the X-rays.</source>
+        <translation>Se muestra en la postura de las radiografías.</translation>
+    </message>
+</context>
+<context>
+    <name>panel.export</name>
+    <message>
+        <source>Added to Slicer&apos;s DICOM database.</source>
+        <translation>Añadido a la base de datos DICOM de Slicer.</translation>
+    </message>
+    <message>
+        <source>Writing DICOM...</source>
+        <translation>Escribiendo DICOM...</translation>
+    </message>
+    <message>
+        <source>Export as DICOM...</source>
+        <translation>Exportar como DICOM...</translation>
+    </message>
+    <message>
+        <source>Export as DICOM into a folder</source>
+        <translation>Exportar como DICOM a una carpeta</translation>
+    </message>
+    <message>
+        <source>Cancel</source>
+        <translation>Cancelar</translation>
+    </message>
+    <message>
+        <source>Cancelled; nothing was changed.</source>
+        <translation>Cancelado; no se cambió nada.</translation>
+    </message>
+    <message>
+        <source>Add the exported DICOM objects to Slicer&apos;s DICOM database?</source>
+        <translation>¿Añadir los objetos DICOM exportados a la base de datos DICOM de Slicer?</translation>
+    </message>
+    <message>
+        <source>Stop the export; nothing is written.</source>
+        <translation>Detener la exportación; no se escribe nada.</translation>
+    </message>
+    <message>
+        <source>Write the warped CT, the segmentation, every bone&apos;s motion and the deformation as DICOM objects, for planning systems.</source>
+        <translation>Escribir la TC deformada, la segmentación, el movimiento de cada hueso y la deformación como objetos DICOM, para sistemas de planificación.</translation>
+    </message>
+    <message>
+        <source>Written to {folder}.</source>
+        <translation>Escrito en {folder}.</translation>
+    </message>
+    <message>
+        <source>Export as DICOM</source>
+        <translation>Exportar como DICOM</translation>
+    </message>
+    <message>
+        <source>Slicer&apos;s DICOM module could not add them ({reason}): add the folder there.</source>
+        <translation>El módulo DICOM de Slicer no pudo añadirlos ({reason}): añada allí la carpeta.</translation>
+    </message>
+    <message>
+        <source>The CT is not in Slicer&apos;s DICOM database: everything, the CT too, was written for the placeholder patient {name}.</source>
+        <translation>La TC no está en la base de datos DICOM de Slicer: todo, también la TC, se escribió para el paciente ficticio {name}.</translation>
     </message>
 </context>
 <context>
@@ -1765,6 +1887,13 @@
     </message>
 </context>
 <context>
+    <name>process.dicom_export</name>
+    <message>
+        <source>DICOM export</source>
+        <translation>exportación DICOM</translation>
+    </message>
+</context>
+<context>
     <name>process.environment</name>
     <message>
         <source>PolyPose needs 3D Slicer {needed} or newer, and this is {found}: install the current stable version.</source>
@@ -1951,6 +2080,20 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     </message>
 </context>
 <context>
+    <name>scene.carried_nodes</name>
+    <message>
+        <source>{name} carried along</source>
+        <translation>{name} llevado consigo</translation>
+    </message>
+</context>
+<context>
+    <name>scene.carried_points</name>
+    <message>
+        <source>{name} as X-rayed</source>
+        <translation>{name} como en las radiografías</translation>
+    </message>
+</context>
+<context>
     <name>scene.deformation</name>
     <message>
         <source>PolyPose volume change</source>
@@ -1985,12 +2128,22 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
         <translation>Sin pliegues.</translation>
     </message>
     <message>
-        <source>&apos;{node}&apos; does not hold a displacement grid: register first, or load a result.</source>
-        <translation>«{node}» no contiene una cuadrícula de desplazamientos: haga antes un registro, o cargue un resultado.</translation>
-    </message>
-    <message>
         <source>There is no structure &apos;{name}&apos;: choose one from the table.</source>
         <translation>No hay ninguna estructura «{name}»: elija una de la tabla.</translation>
+    </message>
+</context>
+<context>
+    <name>scene.ellipsoids</name>
+    <message>
+        <source>95 % ellipsoids of carried points</source>
+        <translation>Elipsoides del 95 % de los puntos llevados</translation>
+    </message>
+</context>
+<context>
+    <name>scene.grid_transform</name>
+    <message>
+        <source>&apos;{node}&apos; does not hold a displacement grid: register first, or load a result.</source>
+        <translation>«{node}» no contiene una cuadrícula de desplazamientos: haga antes un registro, o cargue un resultado.</translation>
     </message>
 </context>
 <context>
@@ -2111,6 +2264,29 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>calibrated camera</source>
         <translation>cámara calibrada</translation>
+    </message>
+</context>
+<context>
+    <name>study.carried_points</name>
+    <message>
+        <source>Points moved by the bone in which they lie: {count}.</source>
+        <translation>Puntos movidos por el hueso en el que están: {count}.</translation>
+    </message>
+    <message>
+        <source>Points moved by the displacement field: {count}.</source>
+        <translation>Puntos movidos por el campo de desplazamientos: {count}.</translation>
+    </message>
+    <message>
+        <source>Points outside of the result&apos;s grid, which are only roughly right: {count}.</source>
+        <translation>Puntos fuera de la cuadrícula del resultado, solo aproximados: {count}.</translation>
+    </message>
+    <message>
+        <source>The longest half axes of the 95 % ellipsoids: {least:.1f} to {most:.1f} mm.</source>
+        <translation>Semiejes más largos de los elipsoides del 95 %: de {least:.1f} a {most:.1f} mm.</translation>
+    </message>
+    <message>
+        <source>Points whose uncertainty is not known: {count}.</source>
+        <translation>Puntos cuya incertidumbre no se conoce: {count}.</translation>
     </message>
 </context>
 <context>
@@ -2317,6 +2493,33 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>view {number}</source>
         <translation>vista {number}</translation>
+    </message>
+</context>
+<context>
+    <name>study.scene_result</name>
+    <message>
+        <source>No result yet: register, or load an earlier result.</source>
+        <translation>Aún no hay resultado: haga un registro, o cargue un resultado anterior.</translation>
+    </message>
+    <message>
+        <source>The result has lost its table of motions: register again, or load the result again.</source>
+        <translation>El resultado ha perdido su tabla de movimientos: haga de nuevo el registro, o cargue de nuevo el resultado.</translation>
+    </message>
+    <message>
+        <source>Choose the CT of the result.</source>
+        <translation>Elija la TC del resultado.</translation>
+    </message>
+    <message>
+        <source>Choose the segmentation of the result&apos;s bones: it says where they are.</source>
+        <translation>Elija la segmentación de los huesos del resultado: indica dónde están.</translation>
+    </message>
+    <message>
+        <source>The result has lost its warped CT or segmentation: register again, or load the result again.</source>
+        <translation>El resultado ha perdido su TC deformada o su segmentación: haga de nuevo el registro, o cargue de nuevo el resultado.</translation>
+    </message>
+    <message>
+        <source>The result&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>
+        <translation>La estructura «{name}» del resultado no tiene ningún segmento: asígnelo en la primera sección.</translation>
     </message>
 </context>
 <context>

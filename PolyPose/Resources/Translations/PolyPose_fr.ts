@@ -868,6 +868,38 @@
         <translation>Écrire seulement le scanner, sa segmentation et le résultat dans une scène à part (.mrb), qui s&apos;ouvre dans tout Slicer, même sans ce module.</translation>
     </message>
     <message>
+        <source>Carry</source>
+        <translation>Emporter</translation>
+    </message>
+    <message>
+        <source>Carry along</source>
+        <translation>Emporter</translation>
+    </message>
+    <message>
+        <source>Markups, models, segmentations, volumes and RT doses of the CT: what is checked follows Before and After, and the registration while it runs.</source>
+        <translation>Marqueurs, modèles, segmentations, volumes et doses RT du scanner&#xa0;: ce qui est coché suit Avant et Après, et le recalage pendant son exécution.</translation>
+    </message>
+    <message>
+        <source>95 % ellipsoids of points</source>
+        <translation>Ellipsoïdes à 95 % des points</translation>
+    </message>
+    <message>
+        <source>How far each carried point may be off, in 3D and in the slices; shown with After.</source>
+        <translation>De combien chaque point emporté peut s&apos;écarter, en 3D et dans les coupes&#xa0;; affiché avec Après.</translation>
+    </message>
+    <message>
+        <source>Result for planning systems</source>
+        <translation>Résultat pour les systèmes de planification</translation>
+    </message>
+    <message>
+        <source>Export as DICOM...</source>
+        <translation>Exporter en DICOM...</translation>
+    </message>
+    <message>
+        <source>Write the warped CT, the segmentation, every bone&apos;s motion and the deformation as DICOM objects, for planning systems.</source>
+        <translation>Écrire le scanner déformé, la segmentation, le mouvement de chaque os et la déformation en objets DICOM, pour les systèmes de planification.</translation>
+    </message>
+    <message>
         <source>Adjust</source>
         <translation>Ajuster</translation>
     </message>
@@ -1100,6 +1132,96 @@
     <message>
         <source>Initial camera of {name}</source>
         <translation>Caméra initiale de {name}</translation>
+    </message>
+</context>
+<context>
+    <name>panel.carry</name>
+    <message>
+        <source>Is put under the result&apos;s transform while After is shown, and back for Before.</source>
+        <translation>Est placé sous la transformation du résultat tant qu&apos;Après est affiché, et remis à sa place pour Avant.</translation>
+    </message>
+    <message>
+        <source>Computing...</source>
+        <translation>Calcul...</translation>
+    </message>
+    <message>
+        <source>Points inside a bone take the bone&apos;s own motion; all others, the displacement field. The markups themselves stay as they are: copies of them are shown.</source>
+        <translation>Les points situés dans un os suivent le mouvement de cet os&#xa0;; les autres, le champ de déplacement. Les marqueurs eux-mêmes ne changent pas&#xa0;: des copies sont affichées.</translation>
+    </message>
+    <message>
+        <source>Nothing to carry: load or make markups, models, segmentations or volumes of the CT.</source>
+        <translation>Rien à emporter&#xa0;: chargez ou créez des marqueurs, modèles, segmentations ou volumes du scanner.</translation>
+    </message>
+    <message>
+        <source>Points follow the displacement field alone: {reason}</source>
+        <translation>Les points suivent seulement le champ de déplacement&#xa0;: {reason}</translation>
+    </message>
+    <message>
+        <source>Check what shall follow Before and After.</source>
+        <translation>Cochez ce qui doit suivre Avant et Après.</translation>
+    </message>
+    <message>
+        <source>Choose After in the tab Compare to see it in the posture of the X-rays.</source>
+        <translation>Choisissez Après dans l&apos;onglet Comparer pour le voir dans la posture des radiographies.</translation>
+    </message>
+    <message>
+        <source>Shown in the posture of the X-rays.</source>
+        <translation>Affiché dans la posture des radiographies.</translation>
+    </message>
+</context>
+<context>
+    <name>panel.export</name>
+    <message>
+        <source>Added to Slicer&apos;s DICOM database.</source>
+        <translation>Ajouté à la base de données DICOM de Slicer.</translation>
+    </message>
+    <message>
+        <source>Writing DICOM...</source>
+        <translation>Écriture DICOM...</translation>
+    </message>
+    <message>
+        <source>Export as DICOM...</source>
+        <translation>Exporter en DICOM...</translation>
+    </message>
+    <message>
+        <source>Export as DICOM into a folder</source>
+        <translation>Exporter en DICOM dans un dossier</translation>
+    </message>
+    <message>
+        <source>Cancel</source>
+        <translation>Annuler</translation>
+    </message>
+    <message>
+        <source>Cancelled; nothing was changed.</source>
+        <translation>Annulé&#xa0;; rien n&apos;a été modifié.</translation>
+    </message>
+    <message>
+        <source>Add the exported DICOM objects to Slicer&apos;s DICOM database?</source>
+        <translation>Ajouter les objets DICOM exportés à la base de données DICOM de Slicer&#xa0;?</translation>
+    </message>
+    <message>
+        <source>Stop the export; nothing is written.</source>
+        <translation>Arrêter l&apos;exportation&#xa0;; rien n&apos;est écrit.</translation>
+    </message>
+    <message>
+        <source>Write the warped CT, the segmentation, every bone&apos;s motion and the deformation as DICOM objects, for planning systems.</source>
+        <translation>Écrire le scanner déformé, la segmentation, le mouvement de chaque os et la déformation en objets DICOM, pour les systèmes de planification.</translation>
+    </message>
+    <message>
+        <source>Written to {folder}.</source>
+        <translation>Écrit dans {folder}.</translation>
+    </message>
+    <message>
+        <source>Export as DICOM</source>
+        <translation>Exporter en DICOM</translation>
+    </message>
+    <message>
+        <source>Slicer&apos;s DICOM module could not add them ({reason}): add the folder there.</source>
+        <translation>Le module DICOM de Slicer n&apos;a pas pu les ajouter ({reason})&#xa0;: ajoutez-y le dossier.</translation>
+    </message>
+    <message>
+        <source>The CT is not in Slicer&apos;s DICOM database: everything, the CT too, was written for the placeholder patient {name}.</source>
+        <translation>Le scanner n&apos;est pas dans la base de données DICOM de Slicer&#xa0;: tout, le scanner aussi, a été écrit pour le patient fictif {name}.</translation>
     </message>
 </context>
 <context>
@@ -1765,6 +1887,13 @@
     </message>
 </context>
 <context>
+    <name>process.dicom_export</name>
+    <message>
+        <source>DICOM export</source>
+        <translation>exportation DICOM</translation>
+    </message>
+</context>
+<context>
     <name>process.environment</name>
     <message>
         <source>PolyPose needs 3D Slicer {needed} or newer, and this is {found}: install the current stable version.</source>
@@ -1951,6 +2080,20 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     </message>
 </context>
 <context>
+    <name>scene.carried_nodes</name>
+    <message>
+        <source>{name} carried along</source>
+        <translation>{name} emporté</translation>
+    </message>
+</context>
+<context>
+    <name>scene.carried_points</name>
+    <message>
+        <source>{name} as X-rayed</source>
+        <translation>{name} comme sur les radiographies</translation>
+    </message>
+</context>
+<context>
     <name>scene.deformation</name>
     <message>
         <source>PolyPose volume change</source>
@@ -1985,12 +2128,22 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
         <translation>Aucun repli.</translation>
     </message>
     <message>
-        <source>&apos;{node}&apos; does not hold a displacement grid: register first, or load a result.</source>
-        <translation>«&#xa0;{node}&#xa0;» ne contient pas de grille de déplacement&#xa0;: lancez d&apos;abord un recalage, ou chargez un résultat.</translation>
-    </message>
-    <message>
         <source>There is no structure &apos;{name}&apos;: choose one from the table.</source>
         <translation>Il n&apos;y a pas de structure «&#xa0;{name}&#xa0;»&#xa0;: choisissez-en une dans le tableau.</translation>
+    </message>
+</context>
+<context>
+    <name>scene.ellipsoids</name>
+    <message>
+        <source>95 % ellipsoids of carried points</source>
+        <translation>Ellipsoïdes à 95 % des points emportés</translation>
+    </message>
+</context>
+<context>
+    <name>scene.grid_transform</name>
+    <message>
+        <source>&apos;{node}&apos; does not hold a displacement grid: register first, or load a result.</source>
+        <translation>«&#xa0;{node}&#xa0;» ne contient pas de grille de déplacement&#xa0;: lancez d&apos;abord un recalage, ou chargez un résultat.</translation>
     </message>
 </context>
 <context>
@@ -2111,6 +2264,29 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     <message>
         <source>calibrated camera</source>
         <translation>caméra étalonnée</translation>
+    </message>
+</context>
+<context>
+    <name>study.carried_points</name>
+    <message>
+        <source>Points moved by the bone in which they lie: {count}.</source>
+        <translation>Points déplacés par l&apos;os qui les contient&#xa0;: {count}.</translation>
+    </message>
+    <message>
+        <source>Points moved by the displacement field: {count}.</source>
+        <translation>Points déplacés par le champ de déplacement&#xa0;: {count}.</translation>
+    </message>
+    <message>
+        <source>Points outside of the result&apos;s grid, which are only roughly right: {count}.</source>
+        <translation>Points hors de la grille du résultat, seulement approximatifs&#xa0;: {count}.</translation>
+    </message>
+    <message>
+        <source>The longest half axes of the 95 % ellipsoids: {least:.1f} to {most:.1f} mm.</source>
+        <translation>Plus longs demi-axes des ellipsoïdes à 95 %&#xa0;: de {least:.1f} à {most:.1f} mm.</translation>
+    </message>
+    <message>
+        <source>Points whose uncertainty is not known: {count}.</source>
+        <translation>Points dont l&apos;incertitude n&apos;est pas connue&#xa0;: {count}.</translation>
     </message>
 </context>
 <context>
@@ -2317,6 +2493,33 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     <message>
         <source>view {number}</source>
         <translation>vue {number}</translation>
+    </message>
+</context>
+<context>
+    <name>study.scene_result</name>
+    <message>
+        <source>No result yet: register, or load an earlier result.</source>
+        <translation>Pas encore de résultat&#xa0;: lancez un recalage, ou chargez un résultat antérieur.</translation>
+    </message>
+    <message>
+        <source>The result has lost its table of motions: register again, or load the result again.</source>
+        <translation>Le résultat a perdu son tableau des mouvements&#xa0;: relancez le recalage, ou rechargez le résultat.</translation>
+    </message>
+    <message>
+        <source>Choose the CT of the result.</source>
+        <translation>Choisissez le scanner du résultat.</translation>
+    </message>
+    <message>
+        <source>Choose the segmentation of the result&apos;s bones: it says where they are.</source>
+        <translation>Choisissez la segmentation des os du résultat&#xa0;: elle dit où ils sont.</translation>
+    </message>
+    <message>
+        <source>The result has lost its warped CT or segmentation: register again, or load the result again.</source>
+        <translation>Le résultat a perdu son scanner déformé ou sa segmentation&#xa0;: relancez le recalage, ou rechargez le résultat.</translation>
+    </message>
+    <message>
+        <source>The result&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>
+        <translation>La structure «&#xa0;{name}&#xa0;» du résultat n&apos;a pas de segment&#xa0;: attribuez-le dans la première section.</translation>
     </message>
 </context>
 <context>

@@ -868,6 +868,38 @@
         <translation>CT、そのセグメンテーション、結果だけを専用のシーン(.mrb)に書き込みます。このモジュールがないSlicerでも開けます。</translation>
     </message>
     <message>
+        <source>Carry</source>
+        <translation>追従</translation>
+    </message>
+    <message>
+        <source>Carry along</source>
+        <translation>追従</translation>
+    </message>
+    <message>
+        <source>Markups, models, segmentations, volumes and RT doses of the CT: what is checked follows Before and After, and the registration while it runs.</source>
+        <translation>CTのマークアップ、モデル、セグメンテーション、ボリューム、RT線量。チェックしたものは「前」と「後」の切り替えと、実行中の位置合わせに追従します。</translation>
+    </message>
+    <message>
+        <source>95 % ellipsoids of points</source>
+        <translation>点の95 %楕円体</translation>
+    </message>
+    <message>
+        <source>How far each carried point may be off, in 3D and in the slices; shown with After.</source>
+        <translation>追従させた各点のずれの範囲を、3Dと断面に示します。「後」のときに表示されます。</translation>
+    </message>
+    <message>
+        <source>Result for planning systems</source>
+        <translation>計画システム用の結果</translation>
+    </message>
+    <message>
+        <source>Export as DICOM...</source>
+        <translation>DICOMとして書き出す...</translation>
+    </message>
+    <message>
+        <source>Write the warped CT, the segmentation, every bone&apos;s motion and the deformation as DICOM objects, for planning systems.</source>
+        <translation>変形したCT、セグメンテーション、各骨の動き、変形を、計画システム用のDICOMオブジェクトとして書き出します。</translation>
+    </message>
+    <message>
         <source>Adjust</source>
         <translation>調整</translation>
     </message>
@@ -1100,6 +1132,96 @@
     <message>
         <source>Initial camera of {name}</source>
         <translation>{name} の初期カメラ</translation>
+    </message>
+</context>
+<context>
+    <name>panel.carry</name>
+    <message>
+        <source>Is put under the result&apos;s transform while After is shown, and back for Before.</source>
+        <translation>「後」を表示している間は結果の変換の下に置かれ、「前」では元に戻ります。</translation>
+    </message>
+    <message>
+        <source>Computing...</source>
+        <translation>計算しています...</translation>
+    </message>
+    <message>
+        <source>Points inside a bone take the bone&apos;s own motion; all others, the displacement field. The markups themselves stay as they are: copies of them are shown.</source>
+        <translation>骨の中の点はその骨自身の動きに、その他の点は変位場に従います。マークアップ自体は変わらず、コピーが表示されます。</translation>
+    </message>
+    <message>
+        <source>Nothing to carry: load or make markups, models, segmentations or volumes of the CT.</source>
+        <translation>追従させるものがありません。CTのマークアップ、モデル、セグメンテーション、ボリュームを読み込むか作成してください。</translation>
+    </message>
+    <message>
+        <source>Points follow the displacement field alone: {reason}</source>
+        <translation>点は変位場のみに従います：{reason}</translation>
+    </message>
+    <message>
+        <source>Check what shall follow Before and After.</source>
+        <translation>「前」と「後」に追従させるものにチェックを入れてください。</translation>
+    </message>
+    <message>
+        <source>Choose After in the tab Compare to see it in the posture of the X-rays.</source>
+        <translation>X線画像の姿勢で見るには、「比較」タブで「後」を選択してください。</translation>
+    </message>
+    <message>
+        <source>Shown in the posture of the X-rays.</source>
+        <translation>X線画像の姿勢で表示しています。</translation>
+    </message>
+</context>
+<context>
+    <name>panel.export</name>
+    <message>
+        <source>Added to Slicer&apos;s DICOM database.</source>
+        <translation>SlicerのDICOMデータベースに追加しました。</translation>
+    </message>
+    <message>
+        <source>Writing DICOM...</source>
+        <translation>DICOMを書き出しています...</translation>
+    </message>
+    <message>
+        <source>Export as DICOM...</source>
+        <translation>DICOMとして書き出す...</translation>
+    </message>
+    <message>
+        <source>Export as DICOM into a folder</source>
+        <translation>DICOMとしてフォルダーに書き出す</translation>
+    </message>
+    <message>
+        <source>Cancel</source>
+        <translation>キャンセル</translation>
+    </message>
+    <message>
+        <source>Cancelled; nothing was changed.</source>
+        <translation>キャンセルしました。何も変更されていません。</translation>
+    </message>
+    <message>
+        <source>Add the exported DICOM objects to Slicer&apos;s DICOM database?</source>
+        <translation>書き出したDICOMオブジェクトをSlicerのDICOMデータベースに追加しますか？</translation>
+    </message>
+    <message>
+        <source>Stop the export; nothing is written.</source>
+        <translation>書き出しを中止します。何も書き込まれません。</translation>
+    </message>
+    <message>
+        <source>Write the warped CT, the segmentation, every bone&apos;s motion and the deformation as DICOM objects, for planning systems.</source>
+        <translation>変形したCT、セグメンテーション、各骨の動き、変形を、計画システム用のDICOMオブジェクトとして書き出します。</translation>
+    </message>
+    <message>
+        <source>Written to {folder}.</source>
+        <translation>{folder} に書き出しました。</translation>
+    </message>
+    <message>
+        <source>Export as DICOM</source>
+        <translation>DICOMとして書き出す</translation>
+    </message>
+    <message>
+        <source>Slicer&apos;s DICOM module could not add them ({reason}): add the folder there.</source>
+        <translation>SlicerのDICOMモジュールが追加できませんでした（{reason}）。そこでフォルダーを追加してください。</translation>
+    </message>
+    <message>
+        <source>The CT is not in Slicer&apos;s DICOM database: everything, the CT too, was written for the placeholder patient {name}.</source>
+        <translation>CTはSlicerのDICOMデータベースにありません。CTを含むすべてを、仮の患者 {name} として書き出しました。</translation>
     </message>
 </context>
 <context>
@@ -1765,6 +1887,13 @@
     </message>
 </context>
 <context>
+    <name>process.dicom_export</name>
+    <message>
+        <source>DICOM export</source>
+        <translation>DICOM書き出し</translation>
+    </message>
+</context>
+<context>
     <name>process.environment</name>
     <message>
         <source>PolyPose needs 3D Slicer {needed} or newer, and this is {found}: install the current stable version.</source>
@@ -1951,6 +2080,20 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     </message>
 </context>
 <context>
+    <name>scene.carried_nodes</name>
+    <message>
+        <source>{name} carried along</source>
+        <translation>{name} 追従</translation>
+    </message>
+</context>
+<context>
+    <name>scene.carried_points</name>
+    <message>
+        <source>{name} as X-rayed</source>
+        <translation>{name} X線撮影時</translation>
+    </message>
+</context>
+<context>
     <name>scene.deformation</name>
     <message>
         <source>PolyPose volume change</source>
@@ -1985,12 +2128,22 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
         <translation>折り重なりはありません。</translation>
     </message>
     <message>
-        <source>&apos;{node}&apos; does not hold a displacement grid: register first, or load a result.</source>
-        <translation>「{node}」には変位グリッドがありません。先に位置合わせするか、結果を読み込んでください。</translation>
-    </message>
-    <message>
         <source>There is no structure &apos;{name}&apos;: choose one from the table.</source>
         <translation>構造「{name}」はありません。表から選択してください。</translation>
+    </message>
+</context>
+<context>
+    <name>scene.ellipsoids</name>
+    <message>
+        <source>95 % ellipsoids of carried points</source>
+        <translation>追従点の95 %楕円体</translation>
+    </message>
+</context>
+<context>
+    <name>scene.grid_transform</name>
+    <message>
+        <source>&apos;{node}&apos; does not hold a displacement grid: register first, or load a result.</source>
+        <translation>「{node}」には変位グリッドがありません。先に位置合わせするか、結果を読み込んでください。</translation>
     </message>
 </context>
 <context>
@@ -2111,6 +2264,29 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>calibrated camera</source>
         <translation>キャリブレーション済みカメラ</translation>
+    </message>
+</context>
+<context>
+    <name>study.carried_points</name>
+    <message>
+        <source>Points moved by the bone in which they lie: {count}.</source>
+        <translation>骨の中にあり、その骨と動く点：{count}。</translation>
+    </message>
+    <message>
+        <source>Points moved by the displacement field: {count}.</source>
+        <translation>変位場で動く点：{count}。</translation>
+    </message>
+    <message>
+        <source>Points outside of the result&apos;s grid, which are only roughly right: {count}.</source>
+        <translation>結果のグリッドの外にあり、おおよその位置である点：{count}。</translation>
+    </message>
+    <message>
+        <source>The longest half axes of the 95 % ellipsoids: {least:.1f} to {most:.1f} mm.</source>
+        <translation>95 %楕円体の最長の半軸：{least:.1f}～{most:.1f} mm。</translation>
+    </message>
+    <message>
+        <source>Points whose uncertainty is not known: {count}.</source>
+        <translation>不確かさが分からない点：{count}。</translation>
     </message>
 </context>
 <context>
@@ -2317,6 +2493,33 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>view {number}</source>
         <translation>ビュー {number}</translation>
+    </message>
+</context>
+<context>
+    <name>study.scene_result</name>
+    <message>
+        <source>No result yet: register, or load an earlier result.</source>
+        <translation>結果はまだありません。位置合わせを実行するか、以前の結果を読み込んでください。</translation>
+    </message>
+    <message>
+        <source>The result has lost its table of motions: register again, or load the result again.</source>
+        <translation>結果の動きの表がありません。もう一度位置合わせするか、結果を読み込み直してください。</translation>
+    </message>
+    <message>
+        <source>Choose the CT of the result.</source>
+        <translation>結果のCTを選択してください。</translation>
+    </message>
+    <message>
+        <source>Choose the segmentation of the result&apos;s bones: it says where they are.</source>
+        <translation>結果の骨のセグメンテーションを選択してください。骨の位置を示します。</translation>
+    </message>
+    <message>
+        <source>The result has lost its warped CT or segmentation: register again, or load the result again.</source>
+        <translation>結果の変形したCTまたはセグメンテーションがありません。もう一度位置合わせするか、結果を読み込み直してください。</translation>
+    </message>
+    <message>
+        <source>The result&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>
+        <translation>結果の構造「{name}」にセグメントがありません。最初のセクションで割り当ててください。</translation>
     </message>
 </context>
 <context>
