@@ -99,6 +99,22 @@ def test_its_derivative_is_that_of_the_rendering(scene, patient, cameras, seed):
     assert (numeric * analytic).sum() / (analytic**2).sum() == pytest.approx(1, abs=0.15)
 
 
+@pytest.mark.parametrize("beyond_mm", [10.0, 30.0, 400.0])
+def test_views_past_the_end_of_the_ct_are_served(scene, cameras, beyond_mm):
+    """Rays that are nearly perpendicular to the CT's axis meet its end at enormous depths."""
+    soft = quiet_run(scene).soft_tissue
+    following = soft.following(scene.rest_poses)
+    jacobian = SoftJacobian(soft, following, soft.freedom(following), 6.0)
+    camera = cameras[0].binned(2)
+    bottom = jacobian.body.corners[:, 2].min()
+    extrinsic = camera.extrinsic.copy()
+    extrinsic[:3, 3] += extrinsic[:3, :3] @ [0, 0, camera.source[2] - bottom + beyond_mm]
+    change = jacobian.of_view(camera.with_extrinsic(extrinsic), np.eye(4))
+    assert np.isfinite(change).all()
+    assert change.any() == (beyond_mm < 100)
+    assert not change[:, camera.height // 2 + 3 :].any()  # these rays go down, away from it
+
+
 @pytest.fixture
 def weak_prior(monkeypatch):
     """The phantom shows little of its organs against a prior for real ones."""
