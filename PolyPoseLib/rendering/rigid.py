@@ -58,7 +58,7 @@ class Body:
     @cached_property
     def gradient(self) -> np.ndarray:
         """(D, H, W, 3) float32 derivative of the voxels along moving LPS x, y, z, 1/mm^2."""
-        by_index = np.stack(np.gradient(self.voxels)[::-1], axis=-1)
+        by_index = np.stack([np.gradient(self.voxels, axis=axis) for axis in (2, 1, 0)], axis=-1)
         return by_index @ self.world_to_index[:3, :3].astype(np.float32)
 
     @cached_property
