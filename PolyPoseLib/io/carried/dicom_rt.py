@@ -36,6 +36,8 @@ def carry_dicom(result: Result, source: Path, target: Path, to: Frame) -> str:
     with quiet_pydicom():
         try:
             said = carry(result, source, dataset, to)
+            if result.distrust:
+                _mark_distrust(dataset)
             dataset.save_as(target, enforce_file_format=True)
         except InputError:
             raise
@@ -61,6 +63,13 @@ def read_plan_object(path: Path) -> Dataset:
             raise InputError(f"{path} {error}") from None
         except Exception:  # pydicom raises nearly every kind for values that are none
             raise InputError(f"{path}: the file is damaged or cut short: copy it again.") from None
+
+
+def _mark_distrust(dataset: Dataset) -> None:
+    """Put the warning in front of every description that planning systems show."""
+    for name, length in (("SeriesDescription", 64), ("StructureSetDescription", 1024), ("DoseComment", 64)):
+        if name in dataset:
+            setattr(dataset, name, f"NOT TO BE TRUSTED: {dataset[name].value}"[:length])
 
 
 def make_derived(dataset: Dataset, description: str) -> None:

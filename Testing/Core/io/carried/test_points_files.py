@@ -189,3 +189,32 @@ def test_an_unknown_kind_of_file_is_refused(tmp_path):
     (tmp_path / "a.docx").write_text("x")
     with pytest.raises(InputError, match="not carried"):
         carry_file(carried_result(), tmp_path / "a.docx", tmp_path / "b.docx", "xray")
+
+
+FIDUCIALS = """# Markups fiducial file version = 5.0
+# CoordinateSystem = LPS
+# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID
+1,20,30,5,0,0,0,1,1,1,0,skin,,
+"""
+
+
+@pytest.mark.parametrize("distrust", [(), ("nothing fits",)])
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("in.mrk.json", json.dumps(MARKUP)),
+        ("in.fcsv", FIDUCIALS),
+        (
+            "in.json",
+            '{"version": 1, "screws": [{"name": "s", "entry": [20, 30, 5], "target": [20, 30, 25]}]}',
+        ),
+    ],
+)
+def test_points_of_a_result_that_is_not_trusted_say_so(tmp_path, name, text, distrust):
+    result = carried_result()
+    result.distrust = distrust
+    (tmp_path / name).write_text(text)
+    target = tmp_path / name.replace("in", "out")
+    carry_file(result, tmp_path / name, target, "xray")
+    assert ("NOT TO BE TRUSTED" in target.read_text()) == bool(distrust)
+    carry_file(result, target, tmp_path / name.replace("in", "back"), "ct")

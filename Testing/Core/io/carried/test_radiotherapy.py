@@ -161,3 +161,18 @@ def test_a_structure_set_without_contours_is_refused(tmp_path):
     whole.save_as(source)
     with pytest.raises(InputError, match="no contour"):
         carry_file(result, source, tmp_path / "out.dcm", "xray")
+
+
+@pytest.mark.parametrize("distrust", [(), ("nothing fits",)])
+def test_objects_of_a_result_that_is_not_trusted_say_so(tmp_path, distrust):
+    result = carried_result()
+    result.distrust = distrust
+    for source, names in (
+        (dose_file(tmp_path)[0], ("SeriesDescription", "DoseComment")),
+        (ball_set(result, tmp_path)[0], ("SeriesDescription", "StructureSetDescription")),
+    ):
+        carry_file(result, source, tmp_path / "out.dcm", "xray")
+        found = pydicom.dcmread(tmp_path / "out.dcm")
+        for name in names:
+            assert ("NOT TO BE TRUSTED" in found[name].value) == bool(distrust), name
+        assert len(found.SeriesDescription) <= 64
