@@ -12,9 +12,15 @@ from PolyPoseLib.io.dicom import looks_like_dicom, quiet_pydicom, read_dataset
 from PolyPoseLib.io.dicom_items import refuse_many_items
 
 if TYPE_CHECKING:
+    from pydicom.dataelem import DataElement
     from pydicom.dataset import Dataset
 
 MAX_BYTES = 1 << 30
+
+SERIES_STEP = 9000
+"""Added to the source's series number."""
+
+_FRAME_NAMES = ("FrameOfReferenceUID", "ReferencedFrameOfReferenceUID", "RelatedFrameOfReferenceUID")
 
 WHERE = {"xray": "as X-rayed", "ct": "in the CT"}
 
@@ -73,16 +79,48 @@ def _mark_distrust(dataset: Dataset) -> None:
 
 
 def make_derived(dataset: Dataset, description: str) -> None:
-    """Give a dataset that was changed its own identity: a new instance in a new series of the same study."""
+    """Give a dataset that was changed its own identity: a new instance in a new series of the same study.
+
+    Its frame of reference is new, too: what was carried must not be laid over the images from which it came as if it
+    still belonged to them.
+    """
     from pydicom.uid import ExplicitVRLittleEndian, generate_uid
 
     from PolyPoseLib.io.dicom import complete_meta
 
     dataset.SOPInstanceUID = generate_uid()
     dataset.SeriesInstanceUID = generate_uid()
+    dataset.SeriesNumber = _new_number(dataset.get("SeriesNumber"))
     dataset.SeriesDescription = description[:64]
+    _replace_frames(dataset, generate_uid())
     complete_meta(dataset)
     dataset.file_meta.MediaStorageSOPClassUID = dataset.SOPClassUID
     dataset.file_meta.MediaStorageSOPInstanceUID = dataset.SOPInstanceUID
     if dataset.file_meta.TransferSyntaxUID.is_compressed:
         dataset.file_meta.TransferSyntaxUID = ExplicitVRLittleEndian
+
+
+def _new_number(earlier: object) -> int:
+    """A series number that is not the source's, and rarely another's of the same study."""
+    try:
+        number = int(str(earlier)) + SERIES_STEP
+    except ValueError:
+        return SERIES_STEP
+    return number if 0 < number < 1 << 31 else SERIES_STEP
+
+
+def _replace_frames(dataset: Dataset, frame: str) -> None:
+    """Put one frame of reference in the place of every one that the dataset names, at any depth."""
+    if "FrameOfReferenceRelationshipSequence" in dataset:
+        del dataset.FrameOfReferenceRelationshipSequence  # says how the source's frame lies to others
+    if dataset.get("Modality") == "RTDOSE" or "FrameOfReferenceUID" in dataset:
+        dataset.FrameOfReferenceUID = frame
+    frames = dataset.get("ReferencedFrameOfReferenceSequence")
+    if frames:
+        dataset.ReferencedFrameOfReferenceSequence = frames[:1]  # all the same one now
+
+    def replace(_: Dataset, element: DataElement) -> None:
+        if element.keyword in _FRAME_NAMES:
+            element.value = frame
+
+    dataset.walk(replace)
