@@ -57,6 +57,11 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"{target}: this is the input itself: choose another --output.")
     if target.exists() and not arguments.overwrite:
         raise InputError(f"{target}: the file exists already: choose another --output, or add --overwrite.")
+    if target.resolve().is_relative_to(arguments.result.resolve()):
+        raise InputError(
+            f"{target}: this lies in the folder of the result, which holds the registration's own files alone: choose "
+            "another --output."
+        )
     require_endings(source, target)
     with claimed_file(target, arguments.overwrite) as claim:
         result = load_result(arguments.result)
