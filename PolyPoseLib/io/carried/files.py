@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from PolyPoseLib.carrying.lines import carry_with_lines
+from PolyPoseLib.carrying.pieces import carry_with_pieces
 from PolyPoseLib.data.carried import CarriedPoints, Frame
 from PolyPoseLib.data.result import Result
 from PolyPoseLib.errors import InputError
@@ -104,10 +105,14 @@ def carry_file(result: Result, source: Path, target: Path, to: Frame, labels: bo
 
 def _carry_mesh(result: Result, source: Path, target: Path, to: Frame) -> str:
     carrier = result.point_carrier()
-    vertices, signs = read_vertices(source)
-    carried = carrier(vertices, to)
+    vertices, edges, signs = read_vertices(source)
+    carried, pieces = carry_with_pieces(carrier, vertices, edges, to)
     write_vertices(target, source, signs, carried, tuple(result.structures))
-    return summary(carried, "vertices")
+    said = summary(carried, "vertices")
+    for name, count in pieces.items():
+        what = "1 connected piece" if count == 1 else f"{count} connected pieces"
+        said += f"; {what} moved as a whole by {name}, on which most vertices lie"
+    return said
 
 
 def _carry_points(result: Result, source: Path, target: Path, to: Frame, kind: str) -> str:
