@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     from PolyPoseLib.io.results import load_result
     from PolyPoseLib.io.whole_folders import claimed_folder
 
-    with claimed_folder(arguments.output, overwrite=False) as claim:
+    with claimed_folder(arguments.output, overwrite=None) as claim:
         result = load_result(arguments.result)
         xrays = shown_xrays(result, arguments.result, arguments.study, arguments.allow_outside)
         parts = [

@@ -98,7 +98,7 @@ def save_result(result: Result, folder: str | Path | FolderClaim, overwrite: boo
 
 def save_summary(result: Result, folder: str | Path, picture: bool = True) -> Path:
     """Write result.json alone, or with the report (picture); raises InputError as ``save_result`` does."""
-    with claimed_folder(folder, overwrite=False) as claim, claim.whole() as temporary:
+    with claimed_folder(folder, overwrite=None) as claim, claim.whole() as temporary:
         _write_fields(result, temporary)
         if picture:
             write_report(result, temporary)

@@ -191,3 +191,8 @@ def test_a_study_of_other_pictures_or_in_another_order_is_refused(case, tmp_path
     path.write_text(json.dumps(study))
     status, _, err = run(case, capsys, plan, "--output", out, "--study", path, "--quiet")
     assert status == 2 and "another study" in err and err.count("\n") == 1 and not out.exists()
+
+
+def test_a_folder_with_a_result_is_refused_without_an_option_that_there_is_not(case, capsys):
+    status, _, err = run(case, capsys, case / "plan.csv", "--output", case / "result", "--quiet")
+    assert status == 2 and "already holds a result" in err and "--overwrite" not in err
