@@ -6,7 +6,7 @@ displacements from the X-rays to the CT, and the inverse of them, found at every
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,6 +85,28 @@ class PointCarrier:
         moved = self._to_xray(points) if require_frame(to) == "xray" else self._to_ct(points)
         return [self._names[k] if k >= 0 else "" for k in moved.bone]
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the bones."""
+        return self._names
+
+    def near_bones(self, points: np.ndarray, to: str, steps: np.ndarray) -> Iterator[np.ndarray]:
+        """For each bone, (N,) whether points (N, 3) of the frame from which they are carried lie in it or near it.
+
+        steps: (S, 3) whole numbers of voxels (i, j, k) to look from a point's own voxel; with 0, 0, 0 for itself.
+        """
+        frame, size = require_frame(to), np.array(self._labels.shape[::-1])
+        for n, pose in enumerate(self._poses):
+            moving = points if frame == "xray" else _apply(pose, points)
+            own = np.rint(self._labels.to_index(moving))
+            found = np.zeros(len(points), dtype=bool)
+            for step in steps:
+                index = own + step
+                inside = np.flatnonzero(((index >= 0) & (index < size)).all(axis=1))
+                i, j, k = index[inside].astype(np.int64).T
+                found[inside] |= self._labels.voxels[k, j, i] == n + 1
+            yield found
+
     def rigidly(
         self, carried: CarriedPoints, points: np.ndarray, which: Sequence[int], name: str, to: str
     ) -> CarriedPoints:
@@ -98,7 +120,8 @@ class PointCarrier:
         out[index] = _apply(rigid_inverse(pose) if frame == "xray" else pose, points[index])
         moving = points[index] if frame == "xray" else out[index]
         covariances[index] = self._uncertainty.covariances(moving, np.full(len(index), k), frame)
-        moved_by = tuple(name if n in index else each for n, each in enumerate(carried.moved_by))
+        those = set(index)
+        moved_by = tuple(name if n in those else each for n, each in enumerate(carried.moved_by))
         return CarriedPoints(out, covariances, moved_by, carried.inside)
 
     def move(self, points: np.ndarray, to: Frame) -> np.ndarray:

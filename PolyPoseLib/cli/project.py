@@ -43,13 +43,11 @@ def run(arguments: argparse.Namespace) -> int:
     from PolyPoseLib.io.projected.folder import shown_xrays, write_projections
     from PolyPoseLib.io.projected.plan import read_plan
     from PolyPoseLib.io.results import load_result
-    from PolyPoseLib.io.studies import load_study_xrays
     from PolyPoseLib.io.whole_folders import claimed_folder
 
-    with claimed_folder(arguments.output, overwrite=False) as claim:
+    with claimed_folder(arguments.output, overwrite=None) as claim:
         result = load_result(arguments.result)
-        given = load_study_xrays(arguments.study, arguments.allow_outside) if arguments.study else []
-        xrays = shown_xrays(result, arguments.result, given)
+        xrays = shown_xrays(result, arguments.result, arguments.study, arguments.allow_outside)
         parts = [
             part for n, path in enumerate(arguments.plan, start=1) for part in read_plan(result, path, n)
         ]

@@ -199,7 +199,7 @@ def write_simulation(
     from PolyPoseLib.io.whole_folders import claimed_folder
 
     camera, distance = getattr(arguments, "camera", "initial"), view_distances(arguments)[0]
-    with claimed_folder(output, overwrite=False) as claim:
+    with claimed_folder(output, overwrite=None) as claim:
         grouping = groups, _, table = _moving_apart(read_structures(structures_path), arguments.motion)
         case = simulate(ct_path, labels_path, grouping, arguments)
         organ_names = label_table(table) if table else None

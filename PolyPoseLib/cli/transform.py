@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from PolyPoseLib.cli._arguments import new_parser
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, UntrustedResultError
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -43,7 +43,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry the file and say what moved it."""
+    """Carry the file, say what moved it; raises UntrustedResultError afterwards where the result is not trusted."""
     from PolyPoseLib.cli._destinations import check_writable
     from PolyPoseLib.io.carried.files import carry_file, require_endings
     from PolyPoseLib.io.results import load_result
@@ -57,12 +57,18 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"{target}: this is the input itself: choose another --output.")
     if target.exists() and not arguments.overwrite:
         raise InputError(f"{target}: the file exists already: choose another --output, or add --overwrite.")
+    if target.resolve().is_relative_to(arguments.result.resolve()):
+        raise InputError(
+            f"{target}: this lies in the folder of the result, which holds the registration's own files alone: choose "
+            "another --output."
+        )
     require_endings(source, target)
     with claimed_file(target, arguments.overwrite) as claim:
         result = load_result(arguments.result)
         with claim.whole() as temporary:
             said = carry_file(result, source, temporary, arguments.to, arguments.labels)
-    for reason in result.distrust:
-        said += f"\nthe result must not be trusted: {reason}"
     print(f"{said}\nwritten to {target}")
+    if result.distrust:
+        reasons = "; ".join(reason.rstrip(".") for reason in result.distrust)
+        raise UntrustedResultError(f"{target} was written but the result must not be trusted: {reasons}.")
     return 0

@@ -225,6 +225,8 @@ class Result:
     def transform_mesh(self, vertices: np.ndarray, faces: np.ndarray, to: str = "xray") -> CarriedMesh:
         """Carry a surface mesh between the CT and the patient as X-rayed.
 
+        A connected piece that lies in one bone or on its surface moves as a whole by that bone's motion.
+
         Parameters
         ----------
         vertices : (N, 3) array
@@ -245,10 +247,13 @@ class Result:
             As :meth:`transform_points`, and for faces of vertices that there are not.
 
         """
-        from PolyPoseLib.data.carried import CarriedMesh, require_faces
+        from PolyPoseLib.carrying.pieces import carry_with_pieces, edges_of
+        from PolyPoseLib.data.carried import CarriedMesh, require_faces, require_points
 
-        kept = require_faces(faces, len(vertices))
-        return CarriedMesh(self.transform_points(vertices, to), kept)
+        points = require_points(vertices)
+        kept = require_faces(faces, len(points))
+        carried, _ = carry_with_pieces(self.point_carrier(), points, edges_of(kept), to)
+        return CarriedMesh(carried, kept)
 
     def transform_image(self, volume: Volume, to: str = "xray", labels: bool = False) -> Volume:
         """Carry an image or a label map between the CT and the patient as X-rayed, by the dense transform.

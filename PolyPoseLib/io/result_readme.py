@@ -19,7 +19,7 @@ transform.h5           from the X-rays to the CT: the direction in which images 
                        3D Slicer, a volume under this transform moves to the X-rays, too.
 inverse_transform.h5   from the CT to the X-rays: the direction in which points, contours and meshes of a plan move, and
                        in which images of the patient as X-rayed are resampled onto the CT
-structures.nii.gz      label map of the bones in the CT, numbered in the order of "structures" in result.json, from 1
+structures.nii.gz      label map of the bones in the CT, numbered by "label" of "structures" in result.json
 warped_ct.nii.gz       the CT in the posture of the X-rays
 warped_labels.nii.gz   the study's label map likewise
 xray_N_drr.nii.gz      the final rendering of X-ray N, counted from 0

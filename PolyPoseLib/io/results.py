@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +103,7 @@ def save_result(
 
 def save_summary(result: Result, folder: str | Path, picture: bool = True) -> Path:
     """Write result.json alone, or with the report (picture); raises InputError as ``save_result`` does."""
-    with claimed_folder(folder, overwrite=False) as claim, claim.whole() as temporary:
+    with claimed_folder(folder, overwrite=None) as claim, claim.whole() as temporary:
         _write_fields(result, temporary)
         if picture:
             write_report(result, temporary)
@@ -142,7 +143,10 @@ def result_fields(result: Result) -> dict[str, Any]:
             "trusted": result.trusted,
             "distrust": result.distrust,
             "anchor": result.anchor,
-            "structures": {name: _structure_fields(each) for name, each in result.structures.items()},
+            "structures": {
+                name: {"label": label, **_structure_fields(each)}
+                for label, (name, each) in enumerate(result.structures.items(), start=1)
+            },
             "cameras": [
                 {
                     "name": each.name,
@@ -213,7 +217,7 @@ def load_result(folder: str | Path) -> Result:
         raise InputError(f"{path}: version {fields.get('version')!r} is not {VERSION}: register again.")
     record = Record(fields)
     try:
-        structures = record.required("structures", object_of(_read_structure))
+        structures = _in_order_of_labels(record.required("structures", object_of(_read_labelled)))
         cameras = record.required("cameras", list_of(_read_camera))
         history = record.required("similarity", list_of(_read_step))
         seconds = record.required("seconds", object_of(real))
@@ -299,6 +303,26 @@ def _read_step(value: Any, place: str) -> dict[str, Any]:
         if name in record.fields:
             record.required(name, parser)
     return dict(record.fields)
+
+
+def _read_labelled(value: Any, place: str) -> tuple[int | None, StructureResult]:
+    """One structure of result.json with its label, which earlier files do not have."""
+    label = Record(value, f"{place}.").optional("label", whole_number(1))
+    return label, _read_structure(value, place)
+
+
+def _in_order_of_labels(
+    given: Mapping[str, tuple[int | None, StructureResult]],
+) -> dict[str, StructureResult]:
+    """Structures so that the nth has the label n, whatever the order of the file's keys; as they come without labels.
+
+    Raises InputError where only some have a label, or the labels are not 1, 2, 3 and so on.
+    """
+    labels = {name: label for name, (label, _) in given.items() if label is not None}
+    if labels and sorted(labels.values()) != list(range(1, len(given) + 1)):
+        raise InputError(f'"structures": each needs a "label" of its own, from 1 to {len(given)}.')
+    names = sorted(given, key=lambda name: labels.get(name, 0))
+    return {name: given[name][1] for name in names}
 
 
 def _read_structure(value: Any, place: str) -> StructureResult:

@@ -57,7 +57,7 @@ def _check_place(folder: Path) -> None:
         )
 
 
-def _check_contents(folder: Path, overwrite: bool, name: Path | None = None) -> None:
+def _check_contents(folder: Path, overwrite: bool | None, name: Path | None = None) -> None:
     """Refuse a folder that holds anything but an earlier result that may be replaced; raises InputError.
 
     name: for the sentence, where it is not the folder's own.
@@ -75,9 +75,16 @@ def _check_contents(folder: Path, overwrite: bool, name: Path | None = None) -> 
             "folder."
         )
     if names and not overwrite:
-        raise InputError(f"{folder}: the folder already holds a result: choose another, or add --overwrite.")
+        raise InputError(
+            f"{folder}: the folder already holds a result: choose another{_or_overwrite(overwrite)}."
+        )
     if folder.is_symlink():
         raise InputError(f"{folder}: this is a link: give the folder that it leads to.")
+
+
+def _or_overwrite(overwrite: bool | None) -> str:
+    """The end of a sentence for users who have the option --overwrite."""
+    return "" if overwrite is None else ", or add --overwrite"
 
 
 class FolderClaim:
@@ -87,8 +94,8 @@ class FolderClaim:
     ----------
     folder : Path
         As the user gave it.
-    overwrite : bool
-        Whether an earlier result is replaced.
+    overwrite : bool or None
+        Whether an earlier result is replaced; None where the user has no option for it.
 
     Attributes
     ----------
@@ -97,7 +104,7 @@ class FolderClaim:
 
     """
 
-    def __init__(self, folder: Path, overwrite: bool) -> None:
+    def __init__(self, folder: Path, overwrite: bool | None) -> None:
         self.folder = folder
         self.overwrite = overwrite
         self.written = False
@@ -138,7 +145,7 @@ class FolderClaim:
         if not self.overwrite:
             raise InputError(
                 f"{self.folder}: something appeared here while the result was computed, and it is not replaced: "
-                "choose another --output, or add --overwrite."
+                f"choose another --output{_or_overwrite(self.overwrite)}."
             )
         _check_contents(self.folder, overwrite=True)
         if not exchange(temporary, self._target):
@@ -168,15 +175,15 @@ def _replace_in_two_steps(temporary: Path, target: Path) -> None:
 
 
 @contextmanager
-def claimed_folder(folder: str | Path, overwrite: bool) -> Iterator[FolderClaim]:
+def claimed_folder(folder: str | Path, overwrite: bool | None) -> Iterator[FolderClaim]:
     """Claim a folder before the work whose result it will hold.
 
     Parameters
     ----------
     folder : path
         Absent, empty, or an earlier result with ``overwrite``.
-    overwrite : bool
-        Whether an earlier result is replaced.
+    overwrite : bool or None
+        Whether an earlier result is replaced; None where the user has no option for it, so that no sentence names it.
 
     Yields
     ------

@@ -9,6 +9,7 @@ import numpy as np
 
 from PolyPoseLib.data.carried import CHI2_95
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.projected_ellipse import ellipse, projected_covariances
 from PolyPoseLib.viewer.content import Bone, NamedPoints
 from PolyPoseLib.viewer.planes import Frame
 
@@ -98,7 +99,7 @@ def _section(covariance: np.ndarray, axis: int, off: float) -> np.ndarray | None
 
 
 def view_points(points: NamedPoints, camera: Camera) -> str:
-    """Points as X-rayed on an X-ray, with the outline of their 95 % ellipsoids to first order."""
+    """Points as X-rayed on an X-ray, with 95 % ellipses of where they are seen, to first order."""
     size = 0.012 * max(camera.width, camera.height)
     parts = []
     for n, name in enumerate(points.names):
@@ -109,12 +110,8 @@ def view_points(points: NamedPoints, camera: Camera) -> str:
         parts.append(_cross(x, y, size, name, 1.0, turned=x > 0.7 * camera.width))
         covariance = points.carried.covariances[n]
         if np.isfinite(covariance).all():
-            jacobian = (
-                np.stack([camera.project(place + step) - (x, y) for step in np.eye(3) * 1e-3], axis=1) / 1e-3
-            )
-            # The outline of a projected ellipsoid is the ellipse of the projected covariance at the same level.
-            spread = jacobian @ covariance @ jacobian.T
-            parts.append(_ring(np.array([x, y]) + np.sqrt(CHI2_95) * _circle(48) @ _root(spread).T, 1.0))
+            spread = projected_covariances(camera, place[None], covariance[None])[0]
+            parts.append(_ring(ellipse(np.array([x, y]), spread, 48), 1.0))
     return _svg(-0.5, -0.5, camera.width, camera.height, parts)
 
 

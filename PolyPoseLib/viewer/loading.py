@@ -14,7 +14,9 @@ from PolyPoseLib.data.result import Result
 from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.rigid import rigid_inverse
+from PolyPoseLib.io import study_schema
 from PolyPoseLib.io.results import load_result
+from PolyPoseLib.io.same_study import require_same_study
 from PolyPoseLib.viewer.content import COLOURS, Bone, Content, NamedPoints, View
 from PolyPoseLib.viewer.surfaces import surfaces_of
 
@@ -78,12 +80,7 @@ def _study_of(result: Result, path: Path, allow_outside: bool) -> Study:
     from PolyPoseLib.io.studies import load_study
 
     study = load_study(path, allow_outside)
-    views, cameras = study.xrays, result.cameras
-    sizes = [each.image.shape for each in views], [(each.height, each.width) for each in cameras]
-    if set(study.structures.names) != set(result.structures) or sizes[0] != sizes[1]:
-        raise InputError(
-            f"{path}: this study has other structures or X-rays than the result: give the study that was registered."
-        )
+    require_same_study(path, study_schema.read(path), result, [each.image for each in study.xrays])
     if study.ct.shape != result.warped_ct.shape or not study.ct.same_grid(result.warped_ct):
         raise InputError(
             f"{path}: the CT of this study has another grid than the result's warped_ct.nii.gz: give the study that "

@@ -28,7 +28,7 @@ def require_packages() -> None:
         import vtkmodules.vtkCommonCore
     except ImportError as error:
         raise InputError(
-            f"The page needs packages that are not installed ({error}): pip install trame trame-vtk vtk."
+            f"The page needs packages that are not installed ({error}): pip install 'polypose[view]'."
         ) from error
     del aiohttp, trame, vtkmodules
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from PolyPoseLib.carrying.lines import carry_with_lines
+from PolyPoseLib.carrying.pieces import carry_with_pieces
 from PolyPoseLib.data.carried import CarriedPoints, Frame
 from PolyPoseLib.data.result import Result
 from PolyPoseLib.errors import InputError
@@ -22,7 +23,7 @@ from PolyPoseLib.io.carried.markups import (
 from PolyPoseLib.io.carried.meshes import MESH_ENDINGS, read_vertices, write_vertices
 from PolyPoseLib.io.carried.screws import read_screws, write_screws
 from PolyPoseLib.io.carried.table import read_table, write_table
-from PolyPoseLib.io.carried.words import summary
+from PolyPoseLib.io.carried.words import NOT_TRUSTED, summary
 from PolyPoseLib.io.dicom import looks_like_dicom
 
 DICOM_ENDINGS = (".dcm", ".ima", "")
@@ -104,15 +105,19 @@ def carry_file(result: Result, source: Path, target: Path, to: Frame, labels: bo
 
 def _carry_mesh(result: Result, source: Path, target: Path, to: Frame) -> str:
     carrier = result.point_carrier()
-    vertices, signs = read_vertices(source)
-    carried = carrier(vertices, to)
+    vertices, edges, signs = read_vertices(source)
+    carried, pieces = carry_with_pieces(carrier, vertices, edges, to)
     write_vertices(target, source, signs, carried, tuple(result.structures))
-    return summary(carried, "vertices")
+    said = summary(carried, "vertices")
+    for name, count in pieces.items():
+        what = "1 connected piece" if count == 1 else f"{count} connected pieces"
+        said += f"; {what} moved as a whole by {name}, on which most vertices lie"
+    return said
 
 
 def _carry_points(result: Result, source: Path, target: Path, to: Frame, kind: str) -> str:
     """Landmarks and screws; every kind may be written as a table instead of its own."""
-    carrier = result.point_carrier()
+    carrier, warning = result.point_carrier(), NOT_TRUSTED if result.distrust else ""
     lines: Sequence[tuple[int, int]] = ()
     write: Callable[[Path, CarriedPoints], None] | None = None
     if kind == ".csv":
@@ -121,13 +126,13 @@ def _carry_points(result: Result, source: Path, target: Path, to: Frame, kind: s
         plan = read_screws(source)
         labels, points = plan.labels, plan.points
         lines = [(n, n + 1) for n in range(0, len(points), 2)]
-        write = lambda path, carried: write_screws(path, plan, carried)  # noqa: E731
+        write = lambda path, carried: write_screws(path, plan, carried, warning)  # noqa: E731
     else:
         fiducials = kind == ".fcsv"
         markups: Markups = read_fiducials(source) if fiducials else read_markups(source)
         labels, points, lines = markups.labels, markups.points, markups.lines
         writer = write_fiducials if fiducials else write_markups
-        write = lambda path, carried: writer(path, markups, carried)  # noqa: E731
+        write = lambda path, carried: writer(path, markups, carried, warning)  # noqa: E731
     carried = carry_with_lines(carrier, np.asarray(points, dtype=np.float64), lines, to)
     if write is None or target.name.lower().endswith(".csv"):
         write_table(target, labels, carried)

@@ -89,13 +89,13 @@ def read_markups(path: Path) -> Markups:
     return _markups(path, labels, points, lines, dict(record.fields), places, signs)
 
 
-def write_markups(path: Path, markups: Markups, carried: CarriedPoints) -> None:
+def write_markups(path: Path, markups: Markups, carried: CarriedPoints, warning: str = "") -> None:
     """Write them again with carried control points, each described by what moved it and how certain it is."""
     fields = copy.deepcopy(markups.fields)
     for n, (markup, point) in enumerate(markups.places):
         each = fields["markups"][markup]["controlPoints"][point]
         each["position"] = (carried.points[n] * markups.signs[n]).tolist()
-        each["description"] = _described(each.get("description"), point_words(carried, n))
+        each["description"] = _described(each.get("description"), point_words(carried, n, warning))
     for markup in fields["markups"]:
         markup.pop("measurements", None)  # lengths of the points as they were; Slicer computes them again
     path.write_text(json.dumps(fields, indent=4, allow_nan=False) + "\n", encoding="utf-8")
@@ -143,7 +143,7 @@ def read_fiducials(path: Path) -> Markups:
     return _markups(path, labels, points, [], rows, places, [sign] * len(points))
 
 
-def write_fiducials(path: Path, markups: Markups, carried: CarriedPoints) -> None:
+def write_fiducials(path: Path, markups: Markups, carried: CarriedPoints, warning: str = "") -> None:
     """Write the list of points again."""
     rows: list[Any] = [each if isinstance(each, str) else list(each) for each in markups.fields]
     for n, (number, columns) in enumerate(markups.places):
@@ -152,7 +152,7 @@ def write_fiducials(path: Path, markups: Markups, carried: CarriedPoints) -> Non
             row[columns.index(axis)] = f"{value:.6f}"
         if "desc" in columns:
             at = columns.index("desc")
-            row[at] = _described(row[at], point_words(carried, n))
+            row[at] = _described(row[at], point_words(carried, n, warning))
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     for row in rows:

@@ -63,7 +63,19 @@ _READ_POINTS = (
     + """
 path, target = sys.argv[1:]
 mesh = polydata(path)
-np.savez(target, points=vtk_to_numpy(mesh.GetPoints().GetData()).astype(np.float64), space=space(path, mesh))
+edges = []
+for cells in (mesh.GetLines(), mesh.GetPolys(), mesh.GetStrips()):
+    if cells is None or cells.GetNumberOfCells() == 0:
+        continue
+    corners = vtk_to_numpy(cells.GetConnectivityArray()).astype(np.int64)
+    begins = np.zeros(len(corners) + 1, bool)
+    begins[vtk_to_numpy(cells.GetOffsetsArray())] = True
+    edges.append(np.stack([corners[:-1], corners[1:]], axis=1)[~begins[1:-1]])
+edges = np.concatenate(edges) if edges else np.zeros((0, 2), np.int64)
+points = vtk_to_numpy(mesh.GetPoints().GetData()).astype(np.float64)
+if len(edges) and not (edges.min() >= 0 and edges.max() < len(points)):
+    refuse("a cell names a vertex that there is not")
+np.savez(target, points=points, edges=edges, space=space(path, mesh))
 """
 )
 
@@ -149,8 +161,8 @@ if ending == "obj":
 )
 
 
-def read_vertices(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (N, 3) of a mesh in LPS mm, and the signs (3,) by which they become the file's coordinates.
+def read_vertices(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices (N, 3) of a mesh in LPS mm, its edges (M, 2), and the signs (3,) by which they become the file's.
 
     Slicer's remark SPACE=RAS is heeded; files that do not say are in LPS.
 
@@ -161,7 +173,7 @@ def read_vertices(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
     """
     parts = _read_parts(path, _READ_POINTS)
-    return parts["points"], parts["signs"]
+    return parts["points"], parts["edges"], parts["signs"]
 
 
 def read_surface(path: Path) -> tuple[np.ndarray, np.ndarray]:

@@ -76,12 +76,13 @@ def read_screws(path: Path) -> ScrewPlan:
     return ScrewPlan(tuple(names), array[:, 0], array[:, 1], tuple(dict(each.fields) for each in screws))
 
 
-def write_screws(path: Path, plan: ScrewPlan, carried: CarriedPoints) -> None:
-    """Write the plan again with carried ends, their covariances and what moved them."""
+def write_screws(path: Path, plan: ScrewPlan, carried: CarriedPoints, warning: str = "") -> None:
+    """Write the plan again with carried ends, their covariances, what moved them, and a warning."""
     screws = []
     for n, fields in enumerate(plan.fields):
         moved = {end: carried.points[2 * n + m] for m, end in enumerate(_ENDS)}
         known = {f"{end}_covariance_mm2": carried.covariances[2 * n + m] for m, end in enumerate(_ENDS)}
         by = {f"{end}_moved_by": carried.moved_by[2 * n + m] for m, end in enumerate(_ENDS)}
         screws.append({**fields, **moved, **known, **by})
-    path.write_text(json_text({"version": VERSION, "screws": screws}), encoding="utf-8")
+    warned = {"warning": warning} if warning else {}
+    path.write_text(json_text({"version": VERSION, **warned, "screws": screws}), encoding="utf-8")

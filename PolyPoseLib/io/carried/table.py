@@ -29,12 +29,20 @@ FARTHEST_MM = 1e5
 def read_table(path: Path) -> tuple[list[str], np.ndarray]:
     """Labels and points (N, 3), LPS mm, of a CSV file; raises InputError that names line and fix."""
     text = read_text(path, "a CSV file with the columns label,x,y,z", MAX_BYTES)
+    if not text.strip():
+        raise InputError(f"{path}: the file is empty: begin with label,x,y,z (LPS millimetres).")
     rows = csv.reader(io.StringIO(text, newline=""))
     labels: list[str] = []
     points: list[tuple[float, ...]] = []
     try:
         header = [each.strip().lower() for each in next(rows, [])]
         missing = [name for name in COLUMNS[:4] if header.count(name) != 1]
+        for sign, name in ((";", "semicolons"), ("\t", "tabs")):
+            if missing and sum(each.count(sign) for each in header) >= 3:
+                raise InputError(
+                    f"{path}: its columns are separated by {name}: save it with commas, and numbers with decimal "
+                    "points."
+                )
         if missing:
             raise InputError(
                 f'{path}: the first line has no column "{missing[0]}" or several: begin with label,x,y,z '

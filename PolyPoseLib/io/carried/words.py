@@ -8,9 +8,12 @@ import numpy as np
 
 from PolyPoseLib.data.carried import CHI2_95, CarriedPoints
 
+NOT_TRUSTED = "NOT TO BE TRUSTED: see result.json"
+"""Written into carried files, where they have room, if the result must not be trusted."""
 
-def point_words(carried: CarriedPoints, n: int) -> str:
-    """About one point: what moved it and its 95 % ellipsoid; without commas, which some formats separate by."""
+
+def point_words(carried: CarriedPoints, n: int, warning: str = "") -> str:
+    """About one point: what moved it, its 95 % ellipsoid, a warning; without commas, which some formats separate by."""
     said = f"moved by {carried.moved_by[n].replace(',', ' ')}"
     covariance = carried.covariances[n]
     if np.isfinite(covariance).all():
@@ -18,7 +21,8 @@ def point_words(carried: CarriedPoints, n: int) -> str:
         axes = " x ".join(f"{each:.1f}" for each in np.sqrt(CHI2_95 * variances))
         upper = " ".join(f"{covariance[place]:.4g}" for place in zip(*np.triu_indices(3), strict=True))
         said += f"; 95 % ellipsoid of half axes {axes} mm; covariance xx xy xz yy yz zz (LPS mm^2) {upper}"
-    return said if carried.inside[n] else said + "; outside of the transform's grid"
+    said += "" if carried.inside[n] else "; outside of the transform's grid"
+    return f"{said}; {warning}" if warning else said
 
 
 def summary(carried: CarriedPoints, what: str = "points") -> str:

@@ -78,7 +78,7 @@ def export_dicom(
             raise InputError(unknown_name("part of an export", part, PARTS))
     if SEGMENTATION not in leave_out:
         require_highdicom()
-    with claimed_folder(folder, overwrite=False) as claim:
+    with claimed_folder(folder, overwrite=None) as claim:
         inputs = read_inputs(Path(study), result, choice or CtChoice())
         segments = segments_present(inputs.warped_labels, inputs.names, inputs.bones)
         require_space(claim.folder, _bytes_of(result, inputs, segments))

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from PolyPoseLib.data.label_names import label_table
 from PolyPoseLib.data.result import Result
 from PolyPoseLib.data.segmentation import Segmentation
 from PolyPoseLib.data.volume import Volume
-from PolyPoseLib.errors import InputError, unknown_name
+from PolyPoseLib.errors import InputError
 from PolyPoseLib.io import paths as study_paths
 from PolyPoseLib.io import study_schema
 from PolyPoseLib.io.dicom_export.source import SourceSeries, on_slices, placeholder_source, read_source
+from PolyPoseLib.io.same_study import require_same_study
 from PolyPoseLib.io.segmentations import read_segmentation
 from PolyPoseLib.io.volumes import is_dicom_place, read_ct
 
@@ -89,7 +89,7 @@ def read_inputs(path: Path, result: Result, choice: CtChoice) -> ExportInputs:
 
     """
     fields = study_schema.read(path)
-    _require_same_study(path, fields, result)
+    require_same_study(path, fields, result)
     folder = path.parent.resolve()
     try:
         labels_path = study_paths.resolve(
@@ -136,20 +136,6 @@ def _source(
     ct = read_ct(ct_path)
     source = placeholder_source(choice.new_patient, ct)
     return source, on_slices(source, ct, str(ct_path))
-
-
-def _require_same_study(path: Path, fields: Mapping[str, Any], result: Result) -> None:
-    """Raise InputError where the result has structures that the study does not know, or another anchor."""
-    for name in result.structures:
-        if name not in fields["structures"]:
-            raise InputError(
-                f"{path}: the result is of another study: "
-                + unknown_name("structure", name, fields["structures"])
-            )
-    if result.anchor and fields["anchor"] != result.anchor:
-        raise InputError(
-            f'{path}: the result is of another study: its anchor is "{result.anchor}", not "{fields["anchor"]}".'
-        )
 
 
 def label_names(

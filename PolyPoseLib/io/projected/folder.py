@@ -12,14 +12,16 @@ import numpy as np
 
 from PolyPoseLib.data.result import CameraResult, Result
 from PolyPoseLib.data.view_names import label_of, view_name
-from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io import study_schema
 from PolyPoseLib.io.dicom import looks_like_dicom
 from PolyPoseLib.io.images import write_image
 from PolyPoseLib.io.projected.drawing import drawn_xray
 from PolyPoseLib.io.projected.plan import PlanPart
 from PolyPoseLib.io.projected.secondary_capture import CaptureSeries
 from PolyPoseLib.io.projected.shadows import ViewShadows, view_shadows
+from PolyPoseLib.io.same_study import require_same_study
+from PolyPoseLib.io.studies import load_study_xrays
 
 HEADING = (
     "plan of the CT as registered by PolyPose; ellipses 95 %. Research software, not for clinical decisions."
@@ -54,28 +56,26 @@ class ShownXray:
     source: Path | None = None
 
 
-def shown_xrays(result: Result, folder: Path, given: Sequence[tuple[Path, Xray]] = ()) -> list[ShownXray]:
+def shown_xrays(
+    result: Result, folder: Path, study: Path | None = None, allow_outside: bool = False
+) -> list[ShownXray]:
     """The X-rays of a result, from its study where that is given, else from the result's own folder.
 
     Raises
     ------
     InputError
-        The study has other X-rays than the result, or no study is given for a result of an earlier version.
+        The study is another than the result's, or no study is given for a result of an earlier version.
 
     """
     views = [replace(each, name=each.name or view_name(n)) for n, each in enumerate(result.cameras)]
-    if not given:
+    if study is None:
         if len(result.xray_images) != len(views):
             raise InputError(
                 f"{folder}: the result holds no X-rays, as an earlier version wrote it: add --study STUDY.json."
             )
         return [ShownXray(view, image) for view, image in zip(views, result.xray_images, strict=True)]
-    sizes = [xray.image.shape for _, xray in given]
-    if sizes != [(each.height, each.width) for each in views]:
-        raise InputError(
-            f"--study: its X-rays are not those of {folder}, which has {len(views)} of "
-            f"{', '.join(f'{each.width} x {each.height}' for each in views)} pixels: give the study of this result."
-        )
+    given = load_study_xrays(study, allow_outside)
+    require_same_study(study, study_schema.read(study), result, [xray.image for _, xray in given])
     return [
         ShownXray(
             view, xray.image, xray.mirrored, path if path.is_file() and looks_like_dicom(path) else None

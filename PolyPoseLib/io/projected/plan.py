@@ -94,7 +94,8 @@ def read_plan(result: Result, path: Path, number: int = 1) -> list[PlanPart]:
         return [_points(result, path, ending)]
     if ending in MESH_ENDINGS:
         vertices, triangles = read_surface(path)
-        return [PlanSurface(f"mesh {number}", result.point_carrier().move(vertices, "xray"), triangles)]
+        moved = result.transform_mesh(vertices, triangles, "xray")
+        return [PlanSurface(f"mesh {number}", moved.vertices.points, triangles)]
     if ending in IMAGE_ENDINGS or looks_like_dicom(path):
         return _regions(result, path)
     raise InputError(

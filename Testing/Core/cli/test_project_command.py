@@ -1,6 +1,7 @@
 """polypose project: pictures, DICOM captures of the same study, and one sentence for what cannot be drawn."""
 
 import dataclasses
+import json
 import shutil
 import subprocess
 
@@ -26,6 +27,9 @@ def case(tmp_path_factory):
         dataset = pydicom.dcmread(path)
         dataset.PatientID, dataset.PatientName, dataset.BodyPartExamined = "P-17", "Doe^Jane", "PELVIS"
         dataset.save_as(path)
+    study = json.loads((folder / "case" / "study.json").read_text())
+    study["structures"]["femur"] = study["structures"].pop("femur_left")
+    (folder / "case" / "study.json").write_text(json.dumps(study))
     result = seen_result(0)
     views = zip(tiny.cameras, result.cameras, strict=True)
     result.cameras = [CameraResult(camera, each.similarity, each.name) for camera, each in views]
@@ -129,7 +133,7 @@ def test_an_earlier_result_asks_for_its_study_and_takes_no_other(case, tmp_path,
         "--quiet",
     ]
     assert main([*wrong, "--study", str(case / "case" / "study.json")]) == 2
-    assert "give the study of this result" in capsys.readouterr().err
+    assert "give the study that was registered" in capsys.readouterr().err
 
 
 def test_a_mirrored_xray_is_drawn_as_its_file_has_it(case, tmp_path):
@@ -171,3 +175,24 @@ def _drawn(case, tmp_path):
     arguments = ["project", tmp_path / "trusted", case / "plan.csv", "--output", tmp_path / "plain"]
     assert main([str(each) for each in arguments]) == 0
     return tmp_path / "plain"
+
+
+def test_a_study_of_other_pictures_or_in_another_order_is_refused(case, tmp_path, capsys):
+    plan, out = case / "plan.csv", tmp_path / "drawn"
+    shutil.copytree(case / "case", tmp_path / "case")
+    path = tmp_path / "case" / "study.json"
+    study = json.loads(path.read_text())
+    study["xrays"].reverse()
+    path.write_text(json.dumps(study))
+    status, _, err = run(case, capsys, plan, "--output", out, "--study", path, "--quiet")
+    assert status == 2 and "same order" in err and err.count("\n") == 1 and not out.exists()
+    study["xrays"].reverse()
+    study["anchor"] = "femur"
+    path.write_text(json.dumps(study))
+    status, _, err = run(case, capsys, plan, "--output", out, "--study", path, "--quiet")
+    assert status == 2 and "another study" in err and err.count("\n") == 1 and not out.exists()
+
+
+def test_a_folder_with_a_result_is_refused_without_an_option_that_there_is_not(case, capsys):
+    status, _, err = run(case, capsys, case / "plan.csv", "--output", case / "result", "--quiet")
+    assert status == 2 and "already holds a result" in err and "--overwrite" not in err

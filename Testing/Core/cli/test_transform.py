@@ -80,10 +80,25 @@ def test_a_result_of_an_earlier_version_says_to_register_again(tmp_path, capsys)
     assert "structures.nii.gz" in capsys.readouterr().err and not (tmp_path / "out.csv").exists()
 
 
-def test_a_result_that_is_not_trusted_is_used_but_says_so(tmp_path, capsys):
+def test_a_result_that_is_not_trusted_is_used_but_ends_with_3(tmp_path, capsys):
     result = carried_result()
     result.distrust = ("nothing fits",)
     folder = result.save(tmp_path / "result")
     source = table(tmp_path, result)
-    assert main(["transform", str(folder), str(source), "--output", str(tmp_path / "out.csv")]) == 0
-    assert "must not be trusted: nothing fits" in capsys.readouterr().out
+    assert main(["transform", str(folder), str(source), "--output", str(tmp_path / "out.csv")]) == 3
+    assert "must not be trusted: nothing fits" in capsys.readouterr().err
+    assert places(tmp_path / "out.csv").shape == (2, 3)
+
+
+@pytest.mark.parametrize("name", ["out.csv", "warped_ct.csv", "../result/out.csv"])
+def test_nothing_is_written_into_the_result(tmp_path, capsys, saved, name):
+    result, folder = saved
+    before = sorted(each.name for each in folder.iterdir())
+    source = table(tmp_path, result)
+    assert main(["transform", str(folder), str(source), "--output", str(folder / name), "--overwrite"]) == 2
+    error = capsys.readouterr().err
+    assert "folder of the result" in error and error.count("\n") == 1
+    assert sorted(each.name for each in folder.iterdir()) == before
+    link = tmp_path / "link"
+    link.symlink_to(folder)
+    assert main(["transform", str(folder), str(source), "--output", str(link / "out.csv")]) == 2

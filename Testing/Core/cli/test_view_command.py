@@ -2,6 +2,7 @@
 
 import asyncio
 import importlib
+import json
 import shutil
 import socket
 import struct
@@ -198,9 +199,7 @@ def test_what_is_missing_or_damaged_is_said_in_one_sentence(result, tmp_path, ca
 def test_the_study_of_another_result_is_refused(result, tmp_path, capsys):
     from small_study import write_small_study
 
-    assert "give the study that was registered" in refused(
-        capsys, result, "--study", write_small_study(tmp_path / "s")
-    )
+    assert "another study" in refused(capsys, result, "--study", write_small_study(tmp_path / "s"))
 
 
 def test_a_port_in_use_is_said(result, capsys):
@@ -222,3 +221,12 @@ def test_missing_packages_are_named_with_what_installs_them(result, capsys, monk
 def test_the_command_line_starts_without_the_pages_packages():
     module = importlib.import_module("PolyPoseLib.cli.view")
     assert not {"trame", "aiohttp", "vtkmodules"} & set(vars(module))
+
+
+def test_a_study_with_its_xrays_in_another_order_is_refused(tmp_path, capsys):
+    result = write_case(tmp_path / "case")
+    path = result.parent / "study.json"
+    study = json.loads(path.read_text())
+    study["xrays"].reverse()
+    path.write_text(json.dumps(study))
+    assert "in the same order" in refused(capsys, result, "--study", path)

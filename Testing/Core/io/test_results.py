@@ -293,3 +293,39 @@ def test_a_result_is_saved_without_the_picture_when_that_cannot_be_drawn(tmp_pat
     words = {"no matplotlib": "pip install matplotlib", "cannot be drawn": "too large"}
     assert words.get(how, "writable cache directory") in caplog.text
     assert "saved without report.png" in caplog.text
+
+
+def _reordered(folder, change=lambda fields: None):
+    """Rewrite result.json with its structures in the opposite order of keys, as any editor of JSON may."""
+    path = folder / "result.json"
+    fields = json.loads(path.read_text())
+    fields["structures"] = dict(reversed(fields["structures"].items()))
+    change(fields["structures"])
+    path.write_text(json.dumps(fields))
+
+
+def test_the_label_of_a_structure_does_not_hang_on_the_order_of_keys(tmp_path):
+    from carried_case import carried_result
+
+    result = carried_result()
+    folder = result.save(tmp_path / "result")
+    points = np.array([result.structures["femur"].centroid, [20.0, 30.0, 5.0]])
+    expected = load_result(folder).transform_points(points)
+    assert "femur" in expected.moved_by
+    _reordered(folder)
+    found = load_result(folder).transform_points(points)
+    assert found.moved_by == expected.moved_by
+    np.testing.assert_array_equal(found.points, expected.points)
+
+
+def test_without_labels_the_order_counts_and_half_of_them_are_refused(tmp_path):
+    from carried_case import carried_result
+
+    folder = carried_result().save(tmp_path / "result")
+    _reordered(folder, lambda structures: [each.pop("label") for each in structures.values()])
+    assert list(load_result(folder).structures) == ["femur", "pelvis"]
+    for wrong in (None, 1, 3):
+        folder = carried_result().save(tmp_path / f"result{wrong}")
+        _reordered(folder, lambda structures, wrong=wrong: structures["femur"].update(label=wrong))
+        with pytest.raises(InputError, match=r'damaged.*"label"'):
+            load_result(folder)

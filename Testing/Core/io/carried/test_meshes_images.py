@@ -11,8 +11,10 @@ from PolyPoseLib.io.carried.files import carry_file
 from PolyPoseLib.io.carried.meshes import MESH_ENDINGS
 
 vtk = pytest.importorskip("vtkmodules.vtkCommonCore")
-from vtkmodules.util.numpy_support import vtk_to_numpy  # noqa: E402
-from vtkmodules.vtkFiltersSources import vtkSphereSource  # noqa: E402
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy  # noqa: E402
+from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkTriangleFilter  # noqa: E402
+from vtkmodules.vtkFiltersModeling import vtkLinearSubdivisionFilter  # noqa: E402
+from vtkmodules.vtkFiltersSources import vtkCubeSource, vtkSphereSource  # noqa: E402
 from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkOBJWriter, vtkSTLReader, vtkSTLWriter  # noqa: E402
 from vtkmodules.vtkIOLegacy import vtkPolyDataReader, vtkPolyDataWriter  # noqa: E402
 from vtkmodules.vtkIOPLY import vtkPLYReader, vtkPLYWriter  # noqa: E402
@@ -170,3 +172,52 @@ def test_fractions_are_no_labels(tmp_path):
     sitk.WriteImage(image_of(result, np.full(result.structure_labels.shape, 0.5, np.float32)), str(source))
     with pytest.raises(InputError, match="no whole numbers"):
         carry_file(result, source, tmp_path / "out.nii.gz", "xray", labels=True)
+
+
+def write_bones_own_surface(path, result, label):
+    """The outline of a bone's voxels, with their corners: half a voxel off the voxels' centres."""
+    volume = result.structure_labels
+    index = np.argwhere(volume.voxels == label)[:, ::-1]
+    low, high = index.min(axis=0) - 0.5, index.max(axis=0) + 0.5
+    box = vtkCubeSource()
+    box.SetBounds(0, 1, 0, 1, 0, 1)
+    split = vtkTriangleFilter()
+    split.SetInputConnection(box.GetOutputPort())
+    finer = vtkLinearSubdivisionFilter()
+    clean = vtkCleanPolyData()
+    clean.SetInputConnection(split.GetOutputPort())
+    finer.SetInputConnection(clean.GetOutputPort())
+    finer.SetNumberOfSubdivisions(4)
+    finer.Update()
+    mesh = finer.GetOutput()
+    unit = vtk_to_numpy(mesh.GetPoints().GetData()).astype(float)
+    points = vtk.vtkPoints()
+    points.SetData(numpy_to_vtk(volume.to_world(low + unit * (high - low)), deep=True))
+    mesh.SetPoints(points)
+    mesh.GetPointData().SetNormals(None)
+    writer = TOOLS[path.suffix][1]()
+    writer.SetFileName(str(path))
+    writer.SetInputData(mesh)
+    assert writer.Write()
+
+
+@pytest.mark.parametrize("ending", MESH_ENDINGS)
+def test_a_bones_own_surface_moves_as_one_piece_there_and_back(tmp_path, ending):
+    result = carried_result()
+    source, target, back = (tmp_path / f"{name}{ending}" for name in ("in", "out", "back"))
+    write_bones_own_surface(source, result, 2)
+    before = vertices(source)
+    assert len(set(result.transform_points(before).moved_by)) == 2  # vertex by vertex it would be torn
+    said = carry_file(result, source, target, "xray")
+    pose = np.linalg.inv(result.structures["femur"].fixed_to_moving)
+    np.testing.assert_allclose(vertices(target), before @ pose[:3, :3].T + pose[:3, 3], atol=1e-3)
+    assert "1 connected piece moved as a whole by femur" in said and "displacement field" not in said
+    assert "as a whole by femur" in carry_file(result, target, back, "ct")
+    np.testing.assert_allclose(vertices(back), before, atol=2e-3)
+
+
+def test_a_surface_of_soft_tissue_moves_vertex_by_vertex(tmp_path):
+    result = carried_result()
+    write_sphere(tmp_path / "in.ply", (20.0, 20.0, 10.0))
+    said = carry_file(result, tmp_path / "in.ply", tmp_path / "out.ply", "xray")
+    assert "as a whole" not in said and "displacement field" in said

@@ -189,3 +189,48 @@ def test_an_unknown_kind_of_file_is_refused(tmp_path):
     (tmp_path / "a.docx").write_text("x")
     with pytest.raises(InputError, match="not carried"):
         carry_file(carried_result(), tmp_path / "a.docx", tmp_path / "b.docx", "xray")
+
+
+FIDUCIALS = """# Markups fiducial file version = 5.0
+# CoordinateSystem = LPS
+# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID
+1,20,30,5,0,0,0,1,1,1,0,skin,,
+"""
+
+
+@pytest.mark.parametrize("distrust", [(), ("nothing fits",)])
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("in.mrk.json", json.dumps(MARKUP)),
+        ("in.fcsv", FIDUCIALS),
+        (
+            "in.json",
+            '{"version": 1, "screws": [{"name": "s", "entry": [20, 30, 5], "target": [20, 30, 25]}]}',
+        ),
+    ],
+)
+def test_points_of_a_result_that_is_not_trusted_say_so(tmp_path, name, text, distrust):
+    result = carried_result()
+    result.distrust = distrust
+    (tmp_path / name).write_text(text)
+    target = tmp_path / name.replace("in", "out")
+    carry_file(result, tmp_path / name, target, "xray")
+    assert ("NOT TO BE TRUSTED" in target.read_text()) == bool(distrust)
+    carry_file(result, target, tmp_path / name.replace("in", "back"), "ct")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "the file is empty"),
+        ("\ufeff \r\n\n", "the file is empty"),
+        ("label;x;y;z\na;1,5;2;3\n", "separated by semicolons"),
+        ("label\tx\ty\tz\na\t1\t2\t3\n", "separated by tabs"),
+        ("label,x,y\na,1,2\n", 'no column "z"'),
+    ],
+)
+def test_a_table_that_is_none_is_refused_for_what_it_is(tmp_path, text, words):
+    (tmp_path / "in.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        carry_file(carried_result(), tmp_path / "in.csv", tmp_path / "out.csv", "xray")

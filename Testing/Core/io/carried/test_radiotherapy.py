@@ -63,7 +63,7 @@ def test_a_dose_is_resampled_and_becomes_a_new_instance(tmp_path, bits, syntax):
     np.testing.assert_allclose(after.pixel_array[inner], expected[inner], atol=1.5)
     assert after.SOPInstanceUID == after.file_meta.MediaStorageSOPInstanceUID != before.SOPInstanceUID
     assert after.SeriesInstanceUID != before.SeriesInstanceUID
-    for same in ("StudyInstanceUID", "FrameOfReferenceUID", "DoseGridScaling", "PatientName", "DoseUnits"):
+    for same in ("StudyInstanceUID", "DoseGridScaling", "PatientName", "DoseUnits"):
         assert after[same].value == before[same].value
     assert "DVHSequence" not in after and "PolyPose" in after.DoseComment
     toolkit = sitk.ReadImage(str(tmp_path / "out.dcm"))
@@ -161,3 +161,48 @@ def test_a_structure_set_without_contours_is_refused(tmp_path):
     whole.save_as(source)
     with pytest.raises(InputError, match="no contour"):
         carry_file(result, source, tmp_path / "out.dcm", "xray")
+
+
+@pytest.mark.parametrize("distrust", [(), ("nothing fits",)])
+def test_objects_of_a_result_that_is_not_trusted_say_so(tmp_path, distrust):
+    result = carried_result()
+    result.distrust = distrust
+    for source, names in (
+        (dose_file(tmp_path)[0], ("SeriesDescription", "DoseComment")),
+        (ball_set(result, tmp_path)[0], ("SeriesDescription", "StructureSetDescription")),
+    ):
+        carry_file(result, source, tmp_path / "out.dcm", "xray")
+        found = pydicom.dcmread(tmp_path / "out.dcm")
+        for name in names:
+            assert ("NOT TO BE TRUSTED" in found[name].value) == bool(distrust), name
+        assert len(found.SeriesDescription) <= 64
+
+
+def frames_of(dataset) -> list[str]:
+    """Every frame of reference that a dataset names, at any depth."""
+    found = []
+    for each in dataset.iterall():
+        if each.VR == "UI" and "FrameOfReference" in each.keyword:
+            found.append(each.value)
+    return found
+
+
+@pytest.mark.parametrize("to", ["xray", "ct"])
+@pytest.mark.parametrize("number", [None, 4, 2**31 - 1])
+def test_carried_objects_have_a_frame_of_reference_and_a_series_number_of_their_own(tmp_path, to, number):
+    result = carried_result()
+    for source in (dose_file(tmp_path)[0], ball_set(result, tmp_path)[0]):
+        given = pydicom.dcmread(source)
+        given.SeriesNumber = number
+        if given.Modality == "RTSTRUCT":
+            frames = [item(FrameOfReferenceUID="1.2.3"), item(FrameOfReferenceUID="1.2.4")]
+            given.ReferencedFrameOfReferenceSequence = frames
+            given.StructureSetROISequence[0].ReferencedFrameOfReferenceUID = "1.2.3"
+            given.FrameOfReferenceRelationshipSequence = [item(RelatedFrameOfReferenceUID="1.2.5")]
+        given.save_as(source)
+        carry_file(result, source, tmp_path / "out.dcm", to)
+        found = pydicom.dcmread(tmp_path / "out.dcm")
+        frames = frames_of(found)
+        assert len(frames) >= (1 if given.Modality == "RTDOSE" else 2) and len(set(frames)) == 1
+        assert frames[0] not in frames_of(given)
+        assert found.SeriesNumber not in (None, number) and 0 < found.SeriesNumber < 2**31
