@@ -95,7 +95,7 @@ def _require_pictures(path: Path, images: Sequence[np.ndarray], kept: Sequence[n
 
 
 def rank_correlation(image: np.ndarray, kept: np.ndarray) -> float:
-    """Spearman's correlation of a picture (H, W) with the result's, the same after monotone changes; 0 where one is even.
+    """Spearman's correlation of a picture (H, W) with the result's, which monotone changes leave; 0 where one is even.
 
     Its size, without its sign: registration inverts pictures that turn out to be negatives, and sets them to 0 outside
     of their masks, so that pixels of 0 in the result are left out.
