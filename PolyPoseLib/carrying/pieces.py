@@ -72,7 +72,7 @@ def carry_with_pieces(
     pieces = {}
     for k in np.unique(bone[whole]):
         mine = whole & (bone == k)
-        which = np.flatnonzero(mine[piece])
+        which = np.flatnonzero(mine[piece]).tolist()
         carried = carrier.rigidly(carried, vertices, which, str(names[k]), require_frame(to))
         pieces[str(names[k])] = int(np.count_nonzero(mine))
     return carried, pieces

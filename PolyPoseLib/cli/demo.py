@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import logging
+import shlex
 import time
 from pathlib import Path
 
@@ -87,11 +88,18 @@ def run(arguments: argparse.Namespace) -> int:
         picture = output / "result" / REPORT
         if picture.is_file():
             print(f"picture: {picture}")
+        print(f"next: {next_command(output)}")
     if result.distrust:
         raise UntrustedResultError(
             f"The demo's result must not be trusted: {'; '.join(reason.rstrip('.') for reason in result.distrust)}."
         )
     return 0
+
+
+def next_command(output: Path) -> str:
+    """What shows the demo's result, for a shell."""
+    words = ("view", output / "result", "--study", output / "case" / "study.json")
+    return "python -m PolyPoseLib " + shlex.join(map(str, words))
 
 
 def _new_folder(wanted: Path | None) -> Path:

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -354,3 +355,13 @@ def test_the_demo_goes_from_nothing_to_a_judged_result(tmp_path):
     assert scores["summary"]["mean_tre_mm"] < 0.5 * scores["summary"]["mean_rest_tre_mm"]
     assert scores["summary"]["folds_percent"] < 0.1
     assert {path.name for path in (tmp_path / "demo" / "result").iterdir()} == FILES
+
+
+def test_the_command_after_the_demo_survives_a_shell():
+    from PolyPoseLib.cli.demo import next_command
+
+    for folder in (Path("polypose-demo"), Path("my demo/$(x) it's")):
+        program, words = next_command(folder).split("PolyPoseLib ", 1)
+        assert program == "python -m "
+        study = folder / "case" / "study.json"
+        assert shlex.split(words) == ["view", str(folder / "result"), "--study", str(study)]

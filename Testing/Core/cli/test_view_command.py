@@ -215,7 +215,7 @@ def test_missing_packages_are_named_with_what_installs_them(result, capsys, monk
 
     monkeypatch.setitem(sys.modules, "trame.app", None)
     monkeypatch.delattr(trame, "app", raising=False)
-    assert "pip install" in refused(capsys, result)
+    assert "pip install 'polypose[view]'" in refused(capsys, result)
 
 
 def test_the_command_line_starts_without_the_pages_packages():
