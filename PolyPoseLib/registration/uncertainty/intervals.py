@@ -31,7 +31,7 @@ contradicts it."""
 HIDDEN_SHARE = 0.4
 """Share behind metal at which a bone is as uncertain as one that no X-ray shows clearly."""
 
-SOFT_SHARE = 0.2
+SOFT_SHARE = 0.25
 """Standard deviation of a bone's place, of how far the soft tissue around it moved by itself: the motion that is found
 is smooth and stops at bones, and what it misses of an organ's edge over a rib moves the rib."""
 
