@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 import sys
 import time
 from pathlib import Path
@@ -98,7 +99,8 @@ def registered(anatomy: str, seed: int, arguments: argparse.Namespace) -> tuple[
         "elastic" if elastic else "",
     )
     output = folder / "result_carry"
-    if not (output / "structures.nii.gz").is_file():
+    if arguments.again or not (output / "structures.nii.gz").is_file():
+        shutil.rmtree(output, ignore_errors=True)
         command = register_command(folder / "study.json", output, "default", "cpu", arguments.threads)
         ran = run_measured(command, folder / "log_carry.txt", arguments.limit)
         if ran["exit_status"] not in (0, 3):
