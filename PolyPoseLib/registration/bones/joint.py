@@ -191,8 +191,9 @@ class _LevelFit:
     def _render_soft_tissue(self, state: State) -> DisplacementField:
         """Move the soft tissue under the poses, by itself where this level does, and show it in the views."""
         if self.stage.soft_motion and not self.run.scene.bare:
-            soft = fit_soft_motion(self.views, self.problem, state)
+            soft, field = fit_soft_motion(self.views, self.problem, state)
             self.views.run = replace(self.views.run, soft_tissue=soft)
+            return field
         return self.views.render_soft_tissue(state)
 
     def _moved_since_rendered(self, state: State) -> bool:

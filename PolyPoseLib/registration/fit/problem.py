@@ -6,7 +6,7 @@ be held.  Everything that does not move rigidly enters a view as a static image 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -237,16 +237,18 @@ class RigidProblem:
         self, state: State, view_index: int, jacobian: bool = False
     ) -> tuple[np.ndarray, list[BodyProjection]]:
         """Line integrals (H, W) of a view, and the projection of each body."""
-        view = self.views[view_index]
-        image = view.static.astype(np.float32).copy()
+        projections = self.project(state, view_index, jacobian)
+        return summed(self.views[view_index].static, projections), projections
+
+    def project(self, state: State, view_index: int, jacobian: bool = False) -> list[BodyProjection]:
+        """The projection of each body in a view."""
+        camera = self.views[view_index].camera
         projections = []
         for k, body in enumerate(self.bodies):
             wanted = jacobian and (k in self.free_poses or self.camera_group(view_index) is not None)
             pose = state.poses[k] @ state.corrections[view_index]
-            projection = project_body(body, view.camera, pose, self.step_mm, self.backend, wanted)
-            image[projection.slices] += projection.image
-            projections.append(projection)
-        return image, projections
+            projections.append(project_body(body, camera, pose, self.step_mm, self.backend, wanted))
+        return projections
 
     def render_without(self, body: int, state: State, view_index: int) -> np.ndarray:
         """Line integrals (H, W) of a view with one body left out."""
@@ -353,6 +355,14 @@ def _overlap_product(first: Block, weighted: np.ndarray, second: Block) -> np.nd
         return values[:, rows, column0 - window[2] : column1 - window[2]].reshape(6, -1)
 
     return part(weighted, first.window) @ part(second.jacobian, second.window).T
+
+
+def summed(static: np.ndarray, projections: Iterable[BodyProjection]) -> np.ndarray:
+    """(H, W) a static image with projections of bodies in front of it."""
+    image = static.astype(np.float32).copy()
+    for projection in projections:
+        image[projection.slices] += projection.image
+    return image
 
 
 def corrected(camera: Camera, correction: np.ndarray) -> Camera:

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from PolyPoseLib.registration.fit.problem import RigidProblem, State
+from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.registration.fit.problem import RigidProblem, State, summed
 from PolyPoseLib.registration.fit.soft_jacobian import SoftJacobian
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.fit.weighting import MODEL_VARIANCE, robust_weight
+from PolyPoseLib.similarity.local_contrast import NormalisedImage
 
 PRIOR = 0.3
 """Weight of the prior against residuals of MODEL_VARIANCE that are independent from patch to patch."""
@@ -24,7 +26,9 @@ SHORTER, TRIALS = 0.4, 3
 """Factor by which a step that does not lower the cost is shortened, and how often."""
 
 
-def fit_soft_motion(views: LevelViews, problem: RigidProblem, state: State) -> SoftTissue:
+def fit_soft_motion(
+    views: LevelViews, problem: RigidProblem, state: State
+) -> tuple[SoftTissue, DisplacementField]:
     """One step; the views' static images become those of the soft tissue that it leads to.
 
     Parameters
@@ -38,8 +42,10 @@ def fit_soft_motion(views: LevelViews, problem: RigidProblem, state: State) -> S
 
     Returns
     -------
-    SoftTissue
+    soft_tissue : SoftTissue
         With the motion after the step, or as it was where no step lowers the cost.
+    field : DisplacementField
+        Of all its motion under the poses, which the static images show.
 
     """
     return _Step(views, problem, state).taken()
@@ -49,15 +55,17 @@ class _Step:
     """One step of Gauss-Newton."""
 
     def __init__(self, views: LevelViews, problem: RigidProblem, state: State) -> None:
-        self.views, self.problem, self.state = views, problem, state
+        self.views, self.state = views, state
         self.soft = views.run.soft_tissue
         self.following = self.soft.following(state.poses)
+        self.freedom = self.soft.freedom(self.following)
+        self.bones = [problem.project(state, n) for n in range(len(views.views))]
         self.weights: list[np.ndarray] = []
         pixels = (views.level.patch_mm / views.level.size_mm) ** 2
         variances = np.repeat(self.soft.modes.variances, 3)
         self.prior = PRIOR * MODEL_VARIANCE * pixels / variances
 
-    def taken(self) -> SoftTissue:
+    def taken(self) -> tuple[SoftTissue, DisplacementField]:
         """See :func:`fit_soft_motion`."""
         start = self._coefficients(self.soft).reshape(-1)
         matrix, gradient, images = self._normal_equations()
@@ -67,35 +75,44 @@ class _Step:
         for _ in range(TRIALS):
             trial = start + step
             soft = self.soft.with_motion(trial.reshape(-1, 3))
-            if self._images(soft) + float(self.prior @ trial**2) < cost:
-                return soft
+            field = self._field(soft)
+            if self._images(field) + float(self.prior @ trial**2) < cost:
+                return soft, field
             step *= SHORTER
-        self._images(self.soft)
-        return self.soft
+        field = self._field(self.soft)
+        self.views.render_soft_field(field, self.state)
+        return self.soft, field
+
+    def _field(self, soft: SoftTissue) -> DisplacementField:
+        """Displacements of soft tissue that moves so beside the bones."""
+        return soft.moved(self.following, self.freedom)
+
+    def _normalised(self, n: int) -> NormalisedImage:
+        """A view's rendering with its present static image."""
+        view = self.views.views[n]
+        return view.contrast.normalise(summed(view.static, self.bones[n]))
 
     def _coefficients(self, soft: SoftTissue) -> np.ndarray:
         return np.zeros((soft.modes.count, 3)) if soft.coefficients is None else soft.coefficients
 
     def _longest(self, step: np.ndarray) -> float:
         """Largest displacement, mm along an axis, by coefficients (3 M,)."""
-        moved = self.soft.with_motion(step.reshape(-1, 3)).moved(self.following)
+        moved = self._field(self.soft.with_motion(step.reshape(-1, 3)))
         return float(np.abs(moved.vectors - self.following.vectors).max())
 
     def _normal_equations(self) -> tuple[np.ndarray, np.ndarray, float]:
         """Second derivative (3 M, 3 M) and gradient (3 M,) of half the images' cost, and the cost; sets the weights."""
         count = 3 * self.soft.modes.count
         matrix, gradient, cost = np.zeros((count, count)), np.zeros(count), 0.0
-        field = self.soft.moved(self.following)
-        size = self.views.level.size_mm
-        jacobian = SoftJacobian(self.soft, field, self.soft.freedom(self.following), size)
+        field = self._field(self.soft)
+        jacobian = SoftJacobian(self.soft, field, self.freedom, self.views.level.size_mm)
         self.views.render_soft_field(field, self.state)
         for n, view in enumerate(self.views.views):
-            image, _ = self.problem.render(self.state, n)
-            normalised = view.contrast.normalise(image)
+            normalised = self._normalised(n)
             residual = normalised.values - view.target
             weight = robust_weight(view, residual, view.contrast.support > 0)
             changes = jacobian.of_view(view.camera, self.state.corrections[n])
-            whole = (0, image.shape[0], 0, image.shape[1])
+            whole = (0, view.camera.height, 0, view.camera.width)
             changes = view.contrast.derivative(normalised, changes, whole)[0].reshape(count, -1)
             weighted = changes * weight.reshape(-1)
             matrix += weighted @ changes.T
@@ -104,10 +121,11 @@ class _Step:
             self.weights.append(weight)
         return matrix, gradient, cost
 
-    def _images(self, soft: SoftTissue) -> float:
-        """The images' cost with another motion; the views then show it."""
-        self.views.render_soft_field(soft.moved(self.following), self.state)
-        return sum(
-            float((weight * self.problem.residual(self.state, n).astype(np.float64) ** 2).sum())
-            for n, weight in enumerate(self.weights)
-        )
+    def _images(self, field: DisplacementField) -> float:
+        """The images' cost with soft tissue that a field displaces; the views then show it."""
+        self.views.render_soft_field(field, self.state)
+        cost = 0.0
+        for n, (view, weight) in enumerate(zip(self.views.views, self.weights, strict=True)):
+            residual = self._normalised(n).values - view.target
+            cost += float((weight * residual.astype(np.float64) ** 2).sum())
+        return cost

@@ -86,12 +86,12 @@ class SoftTissue:
         affine, shape = self._grid
         return displacement_field(self.warp(self._distances()[0], poses), affine, shape)
 
-    def moved(self, field: DisplacementField) -> DisplacementField:
-        """A field that follows the bones, with the motion beside it."""
+    def moved(self, field: DisplacementField, freedom: np.ndarray | None = None) -> DisplacementField:
+        """A field that follows the bones, with the motion beside it; freedom: its, where it is known already."""
         if self.coefficients is None:
             return field
         beside = self.modes.on_grid(self.coefficients, field.affine, field.shape)
-        beside *= self.freedom(field)[..., None]
+        beside *= (self.freedom(field) if freedom is None else freedom)[..., None]
         return DisplacementField(field.vectors + beside, field.affine)
 
     def motion_around(self, point: np.ndarray) -> float:

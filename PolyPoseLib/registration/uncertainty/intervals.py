@@ -16,7 +16,7 @@ from PolyPoseLib.registration.fit.levels import Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.problem import JointResult
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty, pose_uncertainties
-from PolyPoseLib.registration.uncertainty.local_minima import widened_by_local_minima
+from PolyPoseLib.registration.uncertainty.local_minima import LEVER_MM, widened_by_local_minima
 
 DISTORTION = 0.03
 """Standard deviation that an image intensifier's distortion leaves in poses, in radians and relative to the radius of
@@ -34,9 +34,6 @@ HIDDEN_SHARE = 0.4
 SOFT_SHARE = 0.25
 """Standard deviation of a bone's place, of how far the soft tissue around it moved by itself: the motion that is found
 is smooth and stops at bones, and what it misses of an organ's edge over a rib moves the rib."""
-
-LEVER_MM = 50.0
-"""At which a rotation moves a bone as far."""
 
 CLIPPED_DEG, CLIPPED_MM = 1.5, 1.5
 """Standard deviations more where the CT was clipped to a window of soft tissue: edges of bones are not where the X-rays

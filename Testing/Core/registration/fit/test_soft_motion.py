@@ -71,7 +71,7 @@ def fitted(scene, observations, steps=4):
     views = LevelViews(run, observations, LEVEL)
     problem, state = views.posed_structures(run.scene.rest_poses)
     for _ in range(steps):
-        soft = fit_soft_motion(views, problem, state)
+        soft, _ = fit_soft_motion(views, problem, state)
         views.run = replace(views.run, soft_tissue=soft)
     return views.run.soft_tissue, soft.coarse_field(run.scene.rest_poses)
 
