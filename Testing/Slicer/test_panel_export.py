@@ -227,8 +227,11 @@ class ExportTest(ExportCase):
         self.load()
         self.program("while True:\n    time.sleep(0.05)\n")
         self.export.start(str(self.folder / "out"))
-        self.wait(lambda: self.export._run.state.name == "RUNNING")
+        run = self.export._run
+        self.wait(lambda: run.state.name == "RUNNING")
         self.renew()
+        self.wait(lambda: run.state.ended)
+        self.assertFalse((self.folder / "out").exists())
 
     def test_the_database_is_asked_only_with_consent_and_its_failure_is_one_sentence(self) -> None:
         self.load()
