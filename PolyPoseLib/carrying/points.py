@@ -95,16 +95,13 @@ class PointCarrier:
 
         steps: (S, 3) whole numbers of voxels (i, j, k) to look from a point's own voxel; with 0, 0, 0 for itself.
         """
-        frame, size = require_frame(to), np.array(self._labels.shape[::-1])
+        frame = require_frame(to)
         for n, pose in enumerate(self._poses):
             moving = points if frame == "xray" else _apply(pose, points)
             own = np.rint(self._labels.to_index(moving))
             found = np.zeros(len(points), dtype=bool)
             for step in steps:
-                index = own + step
-                inside = np.flatnonzero(((index >= 0) & (index < size)).all(axis=1))
-                i, j, k = index[inside].astype(np.int64).T
-                found[inside] |= self._labels.voxels[k, j, i] == n + 1
+                found |= self._labels.voxels_at(own + step, 0) == n + 1
             yield found
 
     def rigidly(
@@ -153,13 +150,7 @@ class PointCarrier:
 
     def _bone_at(self, moving: np.ndarray) -> np.ndarray:
         """(N,) index of the structure in whose voxel each point (N, 3) of the CT lies, -1 in none."""
-        index = np.rint(self._labels.to_index(moving))
-        size = np.array(self._labels.shape[::-1])
-        inside = ((index >= 0) & (index < size)).all(axis=1)
-        i, j, k = index[inside].astype(np.int64).T
-        bone = np.full(len(moving), -1)
-        bone[inside] = self._labels.voxels[k, j, i].astype(np.int64) - 1
-        return bone
+        return self._labels.voxels_at(self._labels.to_index(moving), 0).astype(np.int64) - 1
 
 
 def in_grid(field: DisplacementField, points: np.ndarray) -> np.ndarray:

@@ -90,9 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
             print(f"picture: {picture}")
         print(f"next: {next_command(output)}")
     if result.distrust:
-        raise UntrustedResultError(
-            f"The demo's result must not be trusted: {'; '.join(reason.rstrip('.') for reason in result.distrust)}."
-        )
+        raise UntrustedResultError(f"The demo's result must not be trusted: {result.distrust_clauses}.")
     return 0
 
 

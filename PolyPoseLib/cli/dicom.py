@@ -68,6 +68,6 @@ def run(arguments: argparse.Namespace) -> int:
     if result.distrust:
         raise UntrustedResultError(
             f"The result was written to {folder}, marked as not trusted in every series, because it must not be "
-            f"trusted: {'; '.join(reason.rstrip('.') for reason in result.distrust)}."
+            f"trusted: {result.distrust_clauses}."
         )
     return 0

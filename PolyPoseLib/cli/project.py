@@ -58,8 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
     files = ", ".join(sorted(each.name for each in arguments.output.iterdir()))
     print(f"Written to {arguments.output}: {files}")
     if result.distrust:
-        reasons = "; ".join(reason.rstrip(".") for reason in result.distrust)
         raise UntrustedResultError(
-            f"The pictures were written to {arguments.output} but the result must not be trusted: {reasons}."
+            f"The pictures were written to {arguments.output} but the result must not be trusted: "
+            f"{result.distrust_clauses}."
         )
     return 0

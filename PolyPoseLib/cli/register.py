@@ -61,8 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
                 print(f"{what}: {file}")
     if result.distrust:
         raise UntrustedResultError(
-            f"The result was saved in {output} but must not be trusted: "
-            f"{'; '.join(reason.rstrip('.') for reason in result.distrust)}."
+            f"The result was saved in {output} but must not be trusted: {result.distrust_clauses}."
         )
     return 0
 

@@ -69,6 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
             said = carry_file(result, source, temporary, arguments.to, arguments.labels)
     print(f"{said}\nwritten to {target}")
     if result.distrust:
-        reasons = "; ".join(reason.rstrip(".") for reason in result.distrust)
-        raise UntrustedResultError(f"{target} was written but the result must not be trusted: {reasons}.")
+        raise UntrustedResultError(
+            f"{target} was written but the result must not be trusted: {result.distrust_clauses}."
+        )
     return 0

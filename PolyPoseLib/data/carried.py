@@ -48,9 +48,13 @@ class CarriedPoints:
         """(N, 3) half axes of the 95 % ellipsoids in mm, ascending; NaN where no uncertainty is known."""
         axes = np.full((len(self.points), 3), np.nan)
         known = np.isfinite(self.covariances).all(axis=(1, 2))
-        variances = np.linalg.eigvalsh(self.covariances[known]).clip(min=0)
-        axes[known] = np.sqrt(CHI2_95 * variances)
+        axes[known] = half_axes_mm(self.covariances[known])
         return axes
+
+
+def half_axes_mm(covariances: np.ndarray) -> np.ndarray:
+    """(..., 3) half axes in mm, ascending, of the 95 % ellipsoids of covariances (..., 3, 3), finite, mm^2."""
+    return np.sqrt(CHI2_95 * np.linalg.eigvalsh(covariances).clip(min=0))
 
 
 @dataclass(frozen=True)

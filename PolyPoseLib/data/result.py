@@ -184,6 +184,11 @@ class Result:
     _carrier: PointCarrier | None = field(default=None, init=False, repr=False, compare=False)
 
     @property
+    def distrust_clauses(self) -> str:
+        """The reasons in one sentence, without its full stop; "" when there are none."""
+        return "; ".join(reason.rstrip(".") for reason in self.distrust)
+
+    @property
     def trusted(self) -> bool:
         """Whether nothing speaks against the result."""
         return not self.distrust

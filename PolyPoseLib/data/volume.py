@@ -88,6 +88,15 @@ class Volume:
         offset = np.asarray(points, dtype=np.float64) - self.affine[:3, 3]
         return offset @ np.linalg.inv(self.affine[:3, :3]).T
 
+    def voxels_at(self, index: np.ndarray, outside: float) -> np.ndarray:
+        """Values (N,) of the voxels nearest to indices (N, 3) in the order (i, j, k), ``outside`` beyond the grid."""
+        nearest = np.rint(index)
+        inside = ((nearest >= 0) & (nearest < np.array(self.shape[::-1]))).all(axis=1)
+        i, j, k = nearest[inside].astype(np.int64).T
+        found = np.full(len(index), outside, self.voxels.dtype)
+        found[inside] = self.voxels[k, j, i]
+        return found
+
     def corners(self) -> np.ndarray:
         """The eight corner voxels' centres in LPS mm, shape (8, 3)."""
         ends = [(0, n - 1) for n in self.shape[::-1]]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -185,43 +184,24 @@ def _weighting(study: Study | None) -> tuple[str, float]:
 def _carried(result: Result, path: Path) -> NamedPoints:
     """The points of a file as X-rayed; screws and other straight lines keep their length where a bone holds them."""
     from PolyPoseLib.carrying.lines import carry_with_lines
-
-    names, points, lines = _read_points(path)
-    if len(points) > MOST_POINTS:
-        raise InputError(
-            f"{path}: {len(points)} points are more than the page shows ({MOST_POINTS}): give fewer, or carry the file "
-            "by the command transform."
-        )
-    carried = carry_with_lines(result.point_carrier(), points, lines, "xray")
-    return NamedPoints(names, points, carried)
-
-
-def _read_points(path: Path) -> tuple[tuple[str, ...], np.ndarray, Sequence[tuple[int, int]]]:
-    """Labels, points (N, 3) LPS mm, and pairs of points that are the ends of lines."""
     from PolyPoseLib.io.carried.files import ending_of
-    from PolyPoseLib.io.carried.markups import read_fiducials, read_markups
-    from PolyPoseLib.io.carried.screws import read_screws
-    from PolyPoseLib.io.carried.table import read_table
+    from PolyPoseLib.io.carried.points import POINT_ENDINGS, read_points
 
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; check the name and the folder.")
     kind = ending_of(path)
-    if kind == ".csv":
-        labels, points = read_table(path)
-        return tuple(labels), points, ()
-    if kind == ".json":
-        plan = read_screws(path)
-        return (
-            tuple(plan.labels),
-            np.asarray(plan.points, float),
-            [(n, n + 1) for n in range(0, len(plan.points), 2)],
+    if kind not in POINT_ENDINGS:
+        raise InputError(
+            f"{path}: the page shows points: give a .csv, .mrk.json or .fcsv, or a plan of screws (.json)."
         )
-    if kind in (".fcsv", ".mrk.json"):
-        markups = read_fiducials(path) if kind == ".fcsv" else read_markups(path)
-        return tuple(markups.labels), np.asarray(markups.points, float), markups.lines
-    raise InputError(
-        f"{path}: the page shows points: give a .csv, .mrk.json or .fcsv, or a plan of screws (.json)."
-    )
+    held = read_points(path, kind)
+    if len(held.points) > MOST_POINTS:
+        raise InputError(
+            f"{path}: {len(held.points)} points are more than the page shows ({MOST_POINTS}): give fewer, or carry the "
+            "file by the command transform."
+        )
+    carried = carry_with_lines(result.point_carrier(), held.points, held.lines, "xray")
+    return NamedPoints(held.labels, held.points, carried)
 
 
 def _notes(folder: Path, result: Result, study: Study | None, labels: Volume | None) -> tuple[str, ...]:

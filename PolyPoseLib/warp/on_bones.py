@@ -114,21 +114,11 @@ def _bone_samples(field: DisplacementField, labels: Volume, poses: np.ndarray) -
     for n, pose in enumerate(poses):
         others = np.flatnonzero(alone & (owner != n))
         place = fixed[others] @ pose[:3, :3].T + pose[:3, 3]
-        alone[others[_labels_at(labels, place) == n + 1]] = False
+        alone[others[labels.voxels_at(labels.to_index(place), 0) == n + 1]] = False
     to_nodes = np.linalg.inv(field.affine)
     index = fixed @ to_nodes[:3, :3].T + to_nodes[:3, 3]
     within = alone & ((index >= 0) & (index <= np.array(field.shape[::-1]) - 1)).all(axis=1)
     return _Samples(index[within], (moving - fixed)[within])
-
-
-def _labels_at(labels: Volume, points: np.ndarray) -> np.ndarray:
-    """(N,) label of the voxel nearest to each point (N, 3), 0 outside."""
-    index = np.rint(labels.to_index(points))
-    inside = ((index >= 0) & (index < np.array(labels.shape[::-1]))).all(axis=1)
-    found = np.zeros(len(points), labels.voxels.dtype)
-    i, j, k = index[inside].astype(np.int64).T
-    found[inside] = labels.voxels[k, j, i]
-    return found
 
 
 def _in_cells_at(nodes: np.ndarray, index: np.ndarray) -> np.ndarray:

@@ -2,43 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
-
-import numpy as np
 
 from PolyPoseLib.carrying.lines import carry_with_lines
 from PolyPoseLib.carrying.pieces import carry_with_pieces
-from PolyPoseLib.data.carried import CarriedPoints, Frame
+from PolyPoseLib.data.carried import Frame
 from PolyPoseLib.data.result import Result
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.carried.images import IMAGE_ENDINGS, carry_image
-from PolyPoseLib.io.carried.markups import (
-    Markups,
-    read_fiducials,
-    read_markups,
-    write_fiducials,
-    write_markups,
-)
 from PolyPoseLib.io.carried.meshes import MESH_ENDINGS, read_vertices, write_vertices
-from PolyPoseLib.io.carried.screws import read_screws, write_screws
-from PolyPoseLib.io.carried.table import read_table, write_table
+from PolyPoseLib.io.carried.points import POINT_ENDINGS, read_points
+from PolyPoseLib.io.carried.table import write_table
 from PolyPoseLib.io.carried.words import NOT_TRUSTED, summary
 from PolyPoseLib.io.dicom import looks_like_dicom
-
-DICOM_ENDINGS = (".dcm", ".ima", "")
-
-POINT_ENDINGS = (".csv", ".mrk.json", ".fcsv", ".json")
 
 ALL_ENDINGS = (*POINT_ENDINGS, *MESH_ENDINGS, *IMAGE_ENDINGS, ".dcm")
 
 
+def longest_ending(path: Path, endings: Iterable[str]) -> str:
+    """The longest of the endings that a file's name has, in whatever case, or ""."""
+    name = path.name.lower()
+    return max((each for each in endings if name.endswith(each)), key=len, default="")
+
+
 def ending_of(path: Path) -> str:
     """The ending that tells a file's kind, "" for none; raises InputError for one that is not known."""
-    name = path.name.lower()
-    for ending in sorted(ALL_ENDINGS + DICOM_ENDINGS[:2], key=len, reverse=True):
-        if name.endswith(ending):
-            return ".dcm" if ending == ".ima" else ending
+    ending = longest_ending(path, (*ALL_ENDINGS, ".ima"))
+    if ending:
+        return ".dcm" if ending == ".ima" else ending
     if path.is_file() and looks_like_dicom(path):
         return ".dcm"
     raise InputError(
@@ -118,24 +110,10 @@ def _carry_mesh(result: Result, source: Path, target: Path, to: Frame) -> str:
 def _carry_points(result: Result, source: Path, target: Path, to: Frame, kind: str) -> str:
     """Landmarks and screws; every kind may be written as a table instead of its own."""
     carrier, warning = result.point_carrier(), NOT_TRUSTED if result.distrust else ""
-    lines: Sequence[tuple[int, int]] = ()
-    write: Callable[[Path, CarriedPoints], None] | None = None
-    if kind == ".csv":
-        labels, points = read_table(source)
-    elif kind == ".json":
-        plan = read_screws(source)
-        labels, points = plan.labels, plan.points
-        lines = [(n, n + 1) for n in range(0, len(points), 2)]
-        write = lambda path, carried: write_screws(path, plan, carried, warning)  # noqa: E731
+    held = read_points(source, kind)
+    carried = carry_with_lines(carrier, held.points, held.lines, to)
+    if target.name.lower().endswith(".csv"):
+        write_table(target, held.labels, carried)
     else:
-        fiducials = kind == ".fcsv"
-        markups: Markups = read_fiducials(source) if fiducials else read_markups(source)
-        labels, points, lines = markups.labels, markups.points, markups.lines
-        writer = write_fiducials if fiducials else write_markups
-        write = lambda path, carried: writer(path, markups, carried, warning)  # noqa: E731
-    carried = carry_with_lines(carrier, np.asarray(points, dtype=np.float64), lines, to)
-    if write is None or target.name.lower().endswith(".csv"):
-        write_table(target, labels, carried)
-    else:
-        write(target, carried)
+        held.write(target, carried, warning)
     return summary(carried)

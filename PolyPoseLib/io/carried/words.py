@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 
-from PolyPoseLib.data.carried import CHI2_95, CarriedPoints
+from PolyPoseLib.data.carried import CarriedPoints, half_axes_mm
 
 NOT_TRUSTED = "NOT TO BE TRUSTED: see result.json"
 """Written into carried files, where they have room, if the result must not be trusted."""
@@ -17,8 +17,7 @@ def point_words(carried: CarriedPoints, n: int, warning: str = "") -> str:
     said = f"moved by {carried.moved_by[n].replace(',', ' ')}"
     covariance = carried.covariances[n]
     if np.isfinite(covariance).all():
-        variances = np.linalg.eigvalsh(covariance).clip(min=0)
-        axes = " x ".join(f"{each:.1f}" for each in np.sqrt(CHI2_95 * variances))
+        axes = " x ".join(f"{each:.1f}" for each in half_axes_mm(covariance))
         upper = " ".join(f"{covariance[place]:.4g}" for place in zip(*np.triu_indices(3), strict=True))
         said += f"; 95 % ellipsoid of half axes {axes} mm; covariance xx xy xz yy yz zz (LPS mm^2) {upper}"
     said += "" if carried.inside[n] else "; outside of the transform's grid"

@@ -12,12 +12,10 @@ from PolyPoseLib.data.carried import CarriedPoints
 from PolyPoseLib.data.result import Result
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.carried.files import POINT_ENDINGS
+from PolyPoseLib.io.carried.files import longest_ending
 from PolyPoseLib.io.carried.images import IMAGE_ENDINGS
-from PolyPoseLib.io.carried.markups import read_fiducials, read_markups
 from PolyPoseLib.io.carried.meshes import MESH_ENDINGS, read_surface
-from PolyPoseLib.io.carried.screws import read_screws
-from PolyPoseLib.io.carried.table import read_table
+from PolyPoseLib.io.carried.points import POINT_ENDINGS, read_points
 from PolyPoseLib.io.dicom import looks_like_dicom
 
 MOST_REGIONS = 100
@@ -88,10 +86,11 @@ def read_plan(result: Result, path: Path, number: int = 1) -> list[PlanPart]:
     """
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; check the name and the folder.")
-    name = path.name.lower()
-    ending = next((each for each in sorted(_ENDINGS, key=len, reverse=True) if name.endswith(each)), "")
+    ending = longest_ending(path, (*POINT_ENDINGS, *MESH_ENDINGS, *IMAGE_ENDINGS))
     if ending in POINT_ENDINGS:
-        return [_points(result, path, ending)]
+        held = read_points(path, ending)
+        carried = carry_with_lines(result.point_carrier(), held.points, held.lines, "xray")
+        return [PlanPoints(held.labels, carried, held.lines)]
     if ending in MESH_ENDINGS:
         vertices, triangles = read_surface(path)
         moved = result.transform_mesh(vertices, triangles, "xray")
@@ -102,25 +101,6 @@ def read_plan(result: Result, path: Path, number: int = 1) -> list[PlanPart]:
         f"{path}: this kind of file is no plan: give points (.csv, .mrk.json, .fcsv), screws (.json), a mesh "
         f"({', '.join(MESH_ENDINGS)}), a label map (.nii.gz, .nrrd, .mha), or a DICOM segmentation or structure set."
     )
-
-
-_ENDINGS = (*POINT_ENDINGS, *MESH_ENDINGS, *IMAGE_ENDINGS)
-
-
-def _points(result: Result, path: Path, ending: str) -> PlanPoints:
-    lines: tuple[tuple[int, int], ...] = ()
-    if ending == ".csv":
-        labels, points = read_table(path)
-    elif ending == ".json":
-        plan = read_screws(path)
-        labels, points = plan.labels, plan.points
-        lines = tuple((n, n + 1) for n in range(0, len(points), 2))
-    else:
-        markups = read_fiducials(path) if ending == ".fcsv" else read_markups(path)
-        labels, points, lines = markups.labels, markups.points, markups.lines
-    points = np.asarray(points, dtype=np.float64)
-    carried = carry_with_lines(result.point_carrier(), points, lines, "xray")
-    return PlanPoints(tuple(labels), carried, lines)
 
 
 def _regions(result: Result, path: Path) -> list[PlanPart]:
