@@ -60,6 +60,21 @@ def test_points_and_indices_are_each_others_inverse():
         assert np.allclose(volume.corners().mean(0), volume.bounds_center)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_the_nearest_voxels_are_those_of_an_independent_resampler(seed):
+    rng = np.random.default_rng(seed)
+    volume = Volume(rng.integers(1, 200, (4, 5, 6)).astype(np.int16), random_affine(rng, seed % 2 == 1))
+    index = rng.uniform(-2, 8, (200, 3))
+    found = volume.voxels_at(index, -7)
+    image = volume.to_sitk()
+    for each, value in zip(index.tolist(), found.tolist(), strict=True):
+        point = image.TransformContinuousIndexToPhysicalPoint(each)
+        nearest = image.TransformPhysicalPointToIndex(point)
+        held = all(0 <= n < size for n, size in zip(nearest, image.GetSize(), strict=True))
+        assert value == (image[nearest] if held else -7)
+    assert 20 < (found == -7).sum() < 195 and found.dtype == np.int16
+
+
 def test_attenuation_is_zero_in_air_and_linear_above():
     hu = np.array([-3000, -2048, -1000, 0, 1000, 3000], dtype=np.float32)
     assert np.allclose(hounsfield_to_attenuation(hu), [0, 0, 0, 0.02, 0.04, 0.08], atol=1e-7)
