@@ -125,7 +125,34 @@ def undistorted(
         Coefficients that are none, or that fold the image over.
 
     """
-    height, width = image.shape
+    where = undistortion(image.shape, intrinsics, distortion)
+    return straightened(image, where), straightened_mask(mask, where)
+
+
+def undistortion(shape: tuple[int, ...], intrinsics: np.ndarray, distortion: ArrayLike) -> np.ndarray:
+    """Where the pixels of an image without distortion lie in the distorted one.
+
+    Parameters
+    ----------
+    shape
+        (H, W) of both.
+    intrinsics
+        K (3, 3) in pixels.
+    distortion
+        k1, k2, p1, p2[, k3].
+
+    Returns
+    -------
+    numpy.ndarray
+        (2, H, W), row and column.
+
+    Raises
+    ------
+    InputError
+        Coefficients that are none, or that fold the image over.
+
+    """
+    height, width = shape
     column, row = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
     inverse = np.linalg.inv(intrinsics)
     ideal = np.stack([column, row, np.ones_like(row)], axis=-1) @ inverse.T
@@ -135,7 +162,14 @@ def undistorted(
         raise InputError(
             "the distortion folds the image over; check the order of its coefficients k1, k2, p1, p2, k3."
         )
-    where = [pixels[..., 1], pixels[..., 0]]
-    straight = map_coordinates(image.astype(np.float32), where, order=1, mode="nearest")
-    seen = map_coordinates(mask.astype(np.float32), where, order=1, mode="constant", cval=0.0)
-    return straight, seen > 0.99
+    return np.stack([pixels[..., 1], pixels[..., 0]])
+
+
+def straightened(image: np.ndarray, where: np.ndarray) -> np.ndarray:
+    """An image (H, W) sampled linearly at places (2, H, W) that `undistortion` gave, float32."""
+    return map_coordinates(image.astype(np.float32), where, order=1, mode="nearest")
+
+
+def straightened_mask(mask: np.ndarray, where: np.ndarray) -> np.ndarray:
+    """The mask (H, W) bool of an image that was sampled at places (2, H, W), False where it does not reach."""
+    return map_coordinates(mask.astype(np.float32), where, order=1, mode="constant", cval=0.0) > 0.99

@@ -47,7 +47,7 @@ def looks_like_dicom(path: Path) -> bool:
     return head[:2] in (b"\x02\x00", b"\x08\x00", b"\x00\x08") and len(head) > 8
 
 
-def open_dicom(path: Path, where: str) -> Dataset:
+def open_dicom(path: Path, where: str, **options: Any) -> Dataset:
     """Read one DICOM file, its preamble and file meta information being optional.
 
     Parameters
@@ -56,6 +56,8 @@ def open_dicom(path: Path, where: str) -> Dataset:
         The file.
     where
         Opening of the sentences of errors.
+    **options
+        Of pydicom.dcmread.
 
     Raises
     ------
@@ -70,7 +72,7 @@ def open_dicom(path: Path, where: str) -> Dataset:
         )
     with quiet_pydicom():
         try:
-            dataset = read_dataset(path, force=True)
+            dataset = read_dataset(path, force=True, **options)
             complete_meta(dataset)
             rows, columns = dataset.get("Rows"), dataset.get("Columns")
             modality = str(dataset.get("Modality") or "").strip().upper()

@@ -254,6 +254,19 @@ def load_result(folder: str | Path) -> Result:
     )
 
 
+def load_cameras(path: str | Path) -> list[CameraResult]:
+    """Read the cameras of a result alone: its folder, or its result.json; raises InputError as `load_result`."""
+    path = Path(path)
+    path = path / "result.json" if path.is_dir() else path
+    fields = parse_object(read_text(path, "a folder that register wrote"), str(path))
+    if fields.get("version") != VERSION:
+        raise InputError(f"{path}: version {fields.get('version')!r} is not {VERSION}: register again.")
+    try:
+        return Record(fields).required("cameras", list_of(_read_camera))
+    except InputError as error:
+        raise InputError(f"{path}: the file is damaged, register again: {error}") from error
+
+
 def _read_structure_labels(path: Path, count: int) -> Volume | None:
     """The label map of the structures, None where an earlier version wrote none; raises InputError when damaged."""
     if not path.is_file():

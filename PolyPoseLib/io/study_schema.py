@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +59,7 @@ def check(fields: Mapping[str, Any], name: str) -> None:
     """Check names and types of all fields, without opening any other file; raises InputError."""
     try:
         record = Record(fields)
-        _check_version(record)
+        check_version(record)
         record.require_known((*REQUIRED, *OPTIONAL))
         for field in REQUIRED:
             record.required(field, anything)
@@ -68,20 +68,29 @@ def check(fields: Mapping[str, Any], name: str) -> None:
         check_grouping(record)
         _check_xrays(fields["xrays"])
         _check_optional(fields)
-        record.optional("initial_poses", _initial_poses(fields["structures"]))
+        record.optional("initial_poses", initial_poses(fields["structures"]))
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
 
 
 def check_grouping(record: Record) -> None:
     """Check "structures" and "anchor", which is one of them; raises InputError."""
-    record.required("structures", _check_structures)
-    anchor = record.required("anchor", nonempty)
-    if anchor not in record.fields["structures"]:
-        raise InputError('"anchor": ' + unknown_name("structure", anchor, record.fields["structures"]))
+    record.required("structures", check_structures)
+    record.required("anchor", structure_name(record.fields["structures"]))
 
 
-def _check_version(record: Record) -> None:
+def structure_name(structures: Collection[str]) -> Parser[str]:
+    """A parser of the name of a known structure."""
+
+    def parse(name: Any, place: str) -> str:
+        if nonempty(name, place) not in structures:
+            raise InputError(f"{place}: " + unknown_name("structure", name, structures))
+        return name
+
+    return parse
+
+
+def check_version(record: Record) -> None:
     """Refuse versions other than ours before any field of theirs puzzles the reader."""
     version = record.fields.get("version", VERSION)
     if isinstance(version, bool) or version != VERSION:
@@ -92,7 +101,7 @@ def _check_version(record: Record) -> None:
         )
 
 
-def _check_structures(structures: Any, place: str) -> None:
+def check_structures(structures: Any, place: str) -> None:
     """{name: [labels]}, each label a positive whole number or a segment's name."""
     if not isinstance(structures, Mapping):
         raise InputError(f'{place} must be an object {{"name": [labels]}}, not {kind_of(structures)}.')
@@ -123,7 +132,7 @@ def _check_structures(structures: Any, place: str) -> None:
                 )
 
 
-def _initial_poses(structures: Mapping[str, Any]) -> Parser[dict[str, np.ndarray]]:
+def initial_poses(structures: Mapping[str, Any]) -> Parser[dict[str, np.ndarray]]:
     """A parser of {structure: pose (4, 4)} of known structures."""
 
     def parse(poses: Any, place: str) -> dict[str, np.ndarray]:
@@ -165,6 +174,11 @@ def _check_xrays(xrays: Any) -> None:
 def _check_optional(fields: Mapping[str, Any]) -> None:
     """The fields that may be absent."""
     Options.from_dict(fields.get("options"))
+    check_ct_fields(fields)
+
+
+def check_ct_fields(fields: Mapping[str, Any]) -> None:
+    """Check "label_table" and "ct_series", which may be absent; raises InputError."""
     table = fields.get("label_table")
     if table is not None and table not in TABLES:
         raise InputError('"label_table": ' + unknown_name("label table", str(table), TABLES))

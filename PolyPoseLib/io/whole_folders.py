@@ -13,7 +13,7 @@ import os
 import re
 import shutil
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
@@ -25,10 +25,20 @@ from PolyPoseLib.io.signals import deferred_signals
 
 _LOG = logging.getLogger(__name__)
 
+StrangerIn = Callable[[Path], str | None]
+"""Names a file of a folder that is none of an earlier result, which may be replaced; None where there is none."""
+
 _OURS = re.compile(
     r"^(result\.json|(inverse_)?transform\.h5|(warped_ct|warped_labels|structures)\.nii\.gz|report\.(png|html))$"
     r"|^xray_\d+(_drr)?\.nii\.gz$"
 )
+
+
+def stranger_in_result(folder: Path) -> str | None:
+    """The first file in a folder that no registration wrote, or None."""
+    names = sorted(each.name for each in folder.iterdir())
+    ours = ["README.txt"] if "result.json" in names else []  # without a result beside it, it is another's
+    return next((name for name in names if not _OURS.match(name) and name not in ours), None)
 
 
 def check_destination(folder: str | Path, overwrite: bool) -> None:
@@ -57,7 +67,12 @@ def _check_place(folder: Path) -> None:
         )
 
 
-def _check_contents(folder: Path, overwrite: bool | None, name: Path | None = None) -> None:
+def _check_contents(
+    folder: Path,
+    overwrite: bool | None,
+    name: Path | None = None,
+    stranger_in: StrangerIn = stranger_in_result,
+) -> None:
     """Refuse a folder that holds anything but an earlier result that may be replaced; raises InputError.
 
     name: for the sentence, where it is not the folder's own.
@@ -66,15 +81,14 @@ def _check_contents(folder: Path, overwrite: bool | None, name: Path | None = No
         return
     if not folder.is_dir():
         raise InputError(f"{name or folder}: this is a file: choose a folder for --output.")
-    names = sorted(each.name for each in folder.iterdir())
-    ours = ["README.txt"] if "result.json" in names else []  # without a result beside it, it is another's
-    others = [name for name in names if not _OURS.match(name) and name not in ours]
-    if others:
+    filled = any(folder.iterdir())
+    stranger = stranger_in(folder) if filled else None
+    if stranger is not None:
         raise InputError(
-            f'{name or folder}: the folder holds files that are no result ("{others[0]}"): choose a new or empty '
+            f'{name or folder}: the folder holds files that are no result ("{stranger}"): choose a new or empty '
             "folder."
         )
-    if names and not overwrite:
+    if filled and not overwrite:
         raise InputError(
             f"{folder}: the folder already holds a result: choose another{_or_overwrite(overwrite)}."
         )
@@ -96,6 +110,8 @@ class FolderClaim:
         As the user gave it.
     overwrite : bool or None
         Whether an earlier result is replaced; None where the user has no option for it.
+    stranger_in : callable
+        Tells what of a folder is not of an earlier result.
 
     Attributes
     ----------
@@ -104,9 +120,12 @@ class FolderClaim:
 
     """
 
-    def __init__(self, folder: Path, overwrite: bool | None) -> None:
+    def __init__(
+        self, folder: Path, overwrite: bool | None, stranger_in: StrangerIn = stranger_in_result
+    ) -> None:
         self.folder = folder
         self.overwrite = overwrite
+        self._stranger_in = stranger_in
         self.written = False
         self._target = folder.resolve()
 
@@ -147,12 +166,12 @@ class FolderClaim:
                 f"{self.folder}: something appeared here while the result was computed, and it is not replaced: "
                 f"choose another --output{_or_overwrite(self.overwrite)}."
             )
-        _check_contents(self.folder, overwrite=True)
+        _check_contents(self.folder, overwrite=True, stranger_in=self._stranger_in)
         if not exchange(temporary, self._target):
             _replace_in_two_steps(temporary, self._target)
             return
         try:
-            _check_contents(temporary, overwrite=True, name=self.folder)
+            _check_contents(temporary, overwrite=True, name=self.folder, stranger_in=self._stranger_in)
         except InputError:  # a file of someone else's was put there in the last moment
             exchange(temporary, self._target)
             raise
@@ -175,7 +194,9 @@ def _replace_in_two_steps(temporary: Path, target: Path) -> None:
 
 
 @contextmanager
-def claimed_folder(folder: str | Path, overwrite: bool | None) -> Iterator[FolderClaim]:
+def claimed_folder(
+    folder: str | Path, overwrite: bool | None, stranger_in: StrangerIn = stranger_in_result
+) -> Iterator[FolderClaim]:
     """Claim a folder before the work whose result it will hold.
 
     Parameters
@@ -184,6 +205,8 @@ def claimed_folder(folder: str | Path, overwrite: bool | None) -> Iterator[Folde
         Absent, empty, or an earlier result with ``overwrite``.
     overwrite : bool or None
         Whether an earlier result is replaced; None where the user has no option for it, so that no sentence names it.
+    stranger_in : callable
+        Tells what of a folder is not of an earlier result, by default that of a registration.
 
     Yields
     ------
@@ -201,10 +224,10 @@ def claimed_folder(folder: str | Path, overwrite: bool | None) -> Iterator[Folde
     with ExitStack() as stack:
         try:
             stack.enter_context(_locked_and_tidy(folder))
-            _check_contents(folder, overwrite)
+            _check_contents(folder, overwrite, stranger_in=stranger_in)
         except OSError as error:
             raise InputError(_refusal(folder, error)) from error
-        yield FolderClaim(folder, overwrite)
+        yield FolderClaim(folder, overwrite, stranger_in)
 
 
 def restore_folder(folder: Path) -> None:

@@ -16,6 +16,8 @@ value v has one of five meanings (the first four may be given as the field "inte
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from PolyPoseLib.data.notes import Notes
@@ -26,6 +28,42 @@ INTENSITIES = ("attenuation", "transmission", "log_transmission", "line_integral
 
 NOMINAL_SPAN = 5.0
 """Line integral that the brightest bone of an image without a physical scale is given."""
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """From pixel values to line integrals, with its numbers settled: images of one run are converted alike.
+
+    Attributes
+    ----------
+    low, high
+        The line integral is ``(value - low) * slope``, where ``direct`` is None.
+    slope
+        Line integral of one pixel value; below 0 where values fall behind bone.
+    direct
+        I0: the line integral is ``-log(I / direct)``.
+    floor
+        Least intensity I that is told from none.
+    top
+        Value from which intensity counts down; None where it rises with the values.
+
+    """
+
+    low: float = 0.0
+    slope: float = 1.0
+    direct: float | None = None
+    floor: float = 0.0
+    top: float | None = None
+
+    def apply(self, values: np.ndarray) -> np.ndarray:
+        """Line integrals (H, W) float32, unitless, of pixel values (H, W)."""
+        if self.direct is not None:
+            beam = values if self.top is None else self.top - values
+            clamped = np.clip(beam, self.floor, self.direct).astype(np.float64)
+            return -np.log(clamped / self.direct).astype(np.float32)
+        if (self.low, self.slope) == (0.0, 1.0):
+            return values.astype(np.float32)
+        return ((values - self.low) * self.slope).astype(np.float32)
 
 
 def line_integrals(
@@ -63,7 +101,25 @@ def line_integrals(
         A constant image, no positive intensity, or I0 that is not above 0.
 
     """
-    seen = values[usable]
+    conversion = conversion_of(
+        values[usable], meaning, notes, unattenuated=unattenuated, step=step, largest=largest
+    )
+    return conversion.apply(values)
+
+
+def conversion_of(
+    seen: np.ndarray,
+    meaning: str,
+    notes: Notes,
+    *,
+    unattenuated: float | None = None,
+    step: float = 0.0,
+    largest: float | None = None,
+) -> Conversion:
+    """How pixel values become line integrals, from usable pixels (N,) of one image or of several of one run.
+
+    The other parameters and the errors are those of `line_integrals`.
+    """
     if seen.size == 0 or np.ptp(seen) == 0:
         raise InputError(
             f"{notes.where} is constant: it shows nothing; give the image that shows the patient."
@@ -75,17 +131,18 @@ def line_integrals(
                 f"values from {seen.min():.4g} to {seen.max():.4g} are unusual for line integrals (0 to about 15); "
                 'if they are gray values, add "intensity": "attenuation" or "transmission".'
             )
-        return values.astype(np.float32)
+        return Conversion()
     if meaning in ("attenuation", "log_transmission"):
-        return _affine(values, seen, meaning, notes)
+        return _affine(seen, meaning, notes)
+    top = None
     if meaning == "inverse_transmission":
         top = float(seen.max()) if largest is None else largest
         notes.say(f"intensity counted down from {top:g}")
-        values, seen = top - values, top - seen
-    return _negative_log(values, seen, notes, unattenuated, step)
+        seen = top - seen
+    return _negative_log(seen, top, notes, unattenuated, step)
 
 
-def _affine(values: np.ndarray, seen: np.ndarray, meaning: str, notes: Notes) -> np.ndarray:
+def _affine(seen: np.ndarray, meaning: str, notes: Notes) -> Conversion:
     """Scale values that are linear in the line integral but without a unit."""
     low, high = (float(edge) for edge in np.percentile(seen, (0.1, 99.9)))
     if high <= low:
@@ -93,13 +150,13 @@ def _affine(values: np.ndarray, seen: np.ndarray, meaning: str, notes: Notes) ->
     notes.say(
         f"line integrals: affine, {low:g} to {high:g} as {'0 to 5' if meaning == 'attenuation' else '5 to 0'}"
     )
-    scaled = (values - low) if meaning == "attenuation" else (high - values)
-    return (scaled * (NOMINAL_SPAN / (high - low))).astype(np.float32)
+    scale = NOMINAL_SPAN / (high - low)
+    return Conversion(low, scale) if meaning == "attenuation" else Conversion(high, -scale)
 
 
 def _negative_log(
-    values: np.ndarray, seen: np.ndarray, notes: Notes, unattenuated: float | None, step: float
-) -> np.ndarray:
+    seen: np.ndarray, top: float | None, notes: Notes, unattenuated: float | None, step: float
+) -> Conversion:
     """-log(I / I0), I clamped from half a step to I0."""
     direct = float(np.percentile(seen, 99.9)) if unattenuated is None else unattenuated
     if not direct > 0:
@@ -113,4 +170,4 @@ def _negative_log(
     starved = float(np.mean(seen < floor))
     if starved > 0.01:
         notes.warn(f"{starved:.0%} of the usable pixels hold no signal; their line integrals are clamped.")
-    return -np.log(np.clip(values, floor, direct).astype(np.float64) / direct).astype(np.float32)
+    return Conversion(direct=direct, floor=floor, top=top)

@@ -74,6 +74,26 @@ def read_plain(path: Path, where: str, frame: int | None = None) -> tuple[np.nda
     return pixels.astype(np.float32), pixels.dtype.kind in "ui"
 
 
+@native_output_logged()
+def read_stack(path: Path, where: str) -> np.ndarray:
+    """Read all images (N, H, W) of a stack of one type, whole or real numbers; a single image is a stack of one.
+
+    Raises InputError as `read_plain`, and for stacks that are too large.
+    """
+    refuse_special_file(path, where)
+    _refuse_detached(path, where)
+    pixels, channels = _read(path, where, 0)
+    if channels > 1 or pixels.dtype.kind not in "uif":
+        raise InputError(f"{where} holds colours, vectors or complex numbers; give gray images.")
+    while pixels.ndim > 3 and 1 in pixels.shape:
+        pixels = np.squeeze(pixels, axis=pixels.shape.index(1))
+    if pixels.ndim not in (2, 3):
+        raise InputError(f"{where} has {pixels.ndim} dimensions; give a stack of images.")
+    if pixels.dtype.kind == "f" and not np.isfinite(pixels).all():
+        raise InputError(_not_finite(where))
+    return pixels.reshape(-1, *pixels.shape[-2:])
+
+
 def _read(path: Path, where: str, frame: int | None) -> tuple[np.ndarray, int]:
     """All pixels of a file as the toolkit gives them, and the number of their channels."""
     import SimpleITK as sitk

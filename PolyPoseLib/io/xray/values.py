@@ -83,18 +83,38 @@ def values_of_dicom(tags: XrayTags, given: XrayFields, notes: Notes) -> PixelVal
     """Read one frame of a DICOM file; raises InputError when its pixels cannot be read."""
     stored = stored_pixels(tags, notes)
     mask = tagged_mask(tags, stored.shape, stored, notes)
+    values, order = rescaled(tags, stored, given, notes)
+    if order == 0:
+        return PixelValues(values, mask, "line_integral")
     scale = own_scale(tags) if given.intensity is None else {}
-    if "slope" in scale:
-        notes.say("intensity: line integrals, scaled as the simulation that wrote the file says")
-        lines = stored * scale["slope"] + scale.get("intercept", 0.0)
-        return PixelValues(lines.astype(np.float32), mask, "line_integral")
-    values, order = apply_modality(stored, tags, notes)
     meaning = _given_meaning(given, notes) or intensity_of_tags(tags, order, notes)
     if "unattenuated" not in scale:
         mask &= _border(values, meaning, given, notes)
     direct = scale.get("unattenuated") if given.unattenuated is None else given.unattenuated
     step = abs(tags.number("RescaleSlope") or 1.0)
     return PixelValues(values, mask, meaning, direct, step, _largest(tags))
+
+
+def rescaled(tags: XrayTags, stored: np.ndarray, given: XrayFields, notes: Notes) -> tuple[np.ndarray, int]:
+    """Stored values (H, W) of a DICOM frame on the scale that its file gives them.
+
+    Returns
+    -------
+    tuple[np.ndarray, int]
+        ((H, W) float32; 1 or -1: whether they rise or fall with the stored ones, 0: they are line integrals, as a
+        simulation wrote them).
+
+    Raises
+    ------
+    InputError
+        The Modality LUT cannot be read.
+
+    """
+    scale = own_scale(tags) if given.intensity is None else {}
+    if "slope" not in scale:
+        return apply_modality(stored, tags, notes)
+    notes.say("intensity: line integrals, scaled as the simulation that wrote the file says")
+    return (stored * scale["slope"] + scale.get("intercept", 0.0)).astype(np.float32), 0
 
 
 def _largest(tags: XrayTags) -> float | None:
@@ -116,6 +136,14 @@ def values_of_plain(path: Path, frame: int | None, given: XrayFields, notes: Not
     values, whole = read_plain(path, notes.where, frame)
     if ending_of(path) in GRAY_PICTURES and (orientation := orientation_of(path, frame)) != 1:
         notes.say(f"turned for display, as the picture's orientation {orientation} (EXIF, TIFF) says")
+    return meant(values, whole, path, given, notes)
+
+
+def meant(values: np.ndarray, whole: bool, path: Path, given: XrayFields, notes: Notes) -> PixelValues:
+    """Values (H, W) of a file that is not DICOM with what they mean; whole: whether it holds whole numbers.
+
+    Raises InputError for an image that is too small.
+    """
     refuse_small(values.shape, notes)
     meaning = _given_meaning(given, notes) or default_intensity(path, values, whole, notes)
     mask = np.ones(values.shape, dtype=bool)

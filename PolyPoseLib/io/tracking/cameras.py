@@ -1,0 +1,195 @@
+"""One camera of a TRACK.json: where it stands, and its images as this camera saw them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from PolyPoseLib.data.notes import Notes
+from PolyPoseLib.data.tracking.sequence import TrackView
+from PolyPoseLib.errors import InputError, unknown_name
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.distortion import undistortion
+from PolyPoseLib.io.tracking.camera_images import CameraImages, Decision, decide, spread
+from PolyPoseLib.io.tracking.image_run import ImageRun, open_run
+from PolyPoseLib.io.xray.calibrated import Calibrated, with_calibration
+from PolyPoseLib.io.xray.calibration import read_calibration
+from PolyPoseLib.io.xray.detector import detector_of
+from PolyPoseLib.io.xray.distorted import is_round
+from PolyPoseLib.io.xray.fields import XrayFields
+from PolyPoseLib.io.xray.given_mask import read_mask
+from PolyPoseLib.io.xray.pose import pose_of
+
+ENTRY = "TRACK.json"
+"""What sentences call the file in which the user corrects an entry."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReadCamera:
+    """A camera with its images, and what reading it reports.
+
+    Attributes
+    ----------
+    view
+        The camera.
+    provenance
+        Origin of every number, one line each.
+    warnings
+        What is uncertain, one line each.
+
+    """
+
+    view: TrackView
+    provenance: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def read_camera(
+    entry: Mapping[str, Any], name: str, found: Mapping[str, Camera] | None, frames: range | None = None
+) -> ReadCamera:
+    """Read one camera, whose paths are resolved.
+
+    Parameters
+    ----------
+    entry
+        Its fields.
+    name
+        What it is called.
+    found
+        The cameras of a registration by name, of which its own is taken; None where the entry gives it.
+    frames
+        Numbers of the frames that are tracked, as far as they are known: scale and mask are decided on their images.
+
+    Raises
+    ------
+    InputError
+        Images or calibration cannot be read or do not fit, or nothing gives the camera; the sentence says which field
+        to add.
+
+    """
+    path: Path = entry["images"]
+    notes = Notes(path.name, ENTRY)
+    calibrated = with_calibration(XrayFields.parse(entry, path.name), path.parent, notes)
+    given = calibrated.fields
+    run = open_run(path, path.name)
+    first = int(entry.get("first") or 0)
+    if first >= run.count:
+        raise InputError(
+            f'{path.name}: "first" is {first}, but there are {run.count} images; give the number of the image that '
+            "belongs to frame 0, counted from 0."
+        )
+    shape = run.values(first, given).shape
+    calibrated.require_size((shape[0], shape[1]), notes)
+    mask = None if given.mask is None else read_mask(given.mask, path.parent, (shape[0], shape[1]), notes)
+    decision = decide(run, _looked_at(run, first, frames), given, mask, notes)
+    camera, mirrored, places = _camera(run, calibrated, entry, decision, name, found, notes)
+    if given.calibration is None and given.distortion_corrected is None and is_round(decision.mask):
+        notes.warn(
+            "its field is round, as an image intensifier's: unless its distortion was corrected, bones may be several "
+            'millimetres off, farther than their intervals say; if it was corrected, add "distortion_corrected": true.'
+        )
+    images = CameraImages(run, given, decision, places, mirrored, path.name)
+    view = TrackView(name, camera, images, first)
+    return ReadCamera(view, tuple(notes.provenance), (*run.warnings, *notes.warnings))
+
+
+def _looked_at(run: ImageRun, first: int, frames: range | None) -> list[int]:
+    """Numbers of the images on which scale and mask are decided."""
+    start, stop = (first, run.count) if frames is None else (first + frames.start, first + frames.stop)
+    stop = min(stop, run.count)
+    return spread(range(start, stop)) if start < stop else spread(range(first, run.count))
+
+
+def _camera(
+    run: ImageRun,
+    calibrated: Calibrated,
+    entry: Mapping[str, Any],
+    decision: Decision,
+    name: str,
+    found: Mapping[str, Camera] | None,
+    notes: Notes,
+) -> tuple[Camera, bool, np.ndarray | None]:
+    """The camera of the undistorted view from the source, whether files show its mirror image, and the undistortion."""
+    given, shape = calibrated.fields, (decision.mask.shape[0], decision.mask.shape[1])
+    if found is not None:
+        camera, mirrored = _found(run, given, shape, name, found, notes)
+        stored = _mirrored(camera.intrinsics, shape[1]) if mirrored else camera.intrinsics
+    else:
+        mirrored = bool(given.mirrored)
+        if (
+            mirrored
+            and given.calibration is not None
+            and given.extrinsic is None
+            and not calibrated.source_side
+        ):
+            raise InputError(
+                f"{notes.where}: the files show the detector's side, but a calibration's pose needs the source's: turn "
+                'the images round and leave "mirrored" out.'
+            )
+        stored = detector_of(run.tags(), given, shape, notes).intrinsics
+        intrinsics = _mirrored(stored, shape[1]) if mirrored else stored
+        camera = Camera(intrinsics, _extrinsic(given, notes), *shape)
+    if mirrored:
+        notes.say("columns reversed: K and mask belong to the view from the source")
+    places = undistortion(shape, stored, calibrated.distortion) if calibrated.distortion else None
+    return camera, mirrored, places
+
+
+def _extrinsic(given: XrayFields, notes: Notes) -> np.ndarray:
+    """From the rig's world to the camera: as the entry says, or else its calibration; raises InputError without any."""
+    if given.extrinsic is not None:
+        notes.say(f"extrinsic from {notes.entry}, or from its calibration")
+        return given.extrinsic
+    pose = None if given.calibration is None else read_calibration(given.calibration).extrinsic
+    if pose is None:
+        raise InputError(
+            f"{notes.where}: nothing says where the camera stands, which must be known: give a "
+            '"calibration" with rotation and translation, an "extrinsic", or "cameras_from".'
+        )
+    notes.say("extrinsic from its calibration: its world is that of the poses")
+    return pose
+
+
+def _found(
+    run: ImageRun,
+    given: XrayFields,
+    shape: tuple[int, int],
+    name: str,
+    found: Mapping[str, Camera],
+    notes: Notes,
+) -> tuple[Camera, bool]:
+    """The registration's camera of this name, and whether files show its mirror image, as the registration had it."""
+    if name not in found:
+        raise InputError(f'{notes.where}: "cameras_from": ' + unknown_name("camera", name, found))
+    if given.extrinsic is not None:
+        raise InputError(
+            f'{notes.where}: "extrinsic" and "cameras_from" both say where the camera stands; leave one of them out.'
+        )
+    camera = found[name]
+    if (camera.height, camera.width) != shape:
+        raise InputError(
+            f'{notes.where}: the camera "{name}" of "cameras_from" took {camera.width} x {camera.height} pixels, but '
+            f"these images have {shape[1]} x {shape[0]}; give images of the same detector, in full."
+        )
+    notes.say('camera from "cameras_from"')
+    if given.mirrored is not None:
+        return camera, given.mirrored
+    tags = run.tags()
+    if tags is None:
+        return camera, False
+    unsaid = Notes(notes.where, notes.entry)
+    distance = detector_of(tags, given, shape, unsaid).source_to_detector_mm
+    pose = pose_of(tags, given, distance, None, unsaid)
+    return camera, bool(pose is not None and pose.mirrored)
+
+
+def _mirrored(intrinsics: np.ndarray, width: int) -> np.ndarray:
+    """K (3, 3) of the image with its columns in reverse order."""
+    other = intrinsics.copy()
+    other[0, 2] = width - 1 - intrinsics[0, 2]
+    other[0, 1] *= -1
+    return other
