@@ -31,12 +31,15 @@ if TYPE_CHECKING:
     from PolyPoseLib.io.dicom_export.export import export_dicom
     from PolyPoseLib.io.results import load_result, save_result
     from PolyPoseLib.io.studies import load_study
+    from PolyPoseLib.io.tracking.sequences import load_sequence
+    from PolyPoseLib.io.tracking.tracks import load_track, save_track
     from PolyPoseLib.io.truths import load_truth
     from PolyPoseLib.io.volumes import read_ct
     from PolyPoseLib.pipeline import register
     from PolyPoseLib.rendering.projector import render
     from PolyPoseLib.similarity.ncc import gmncc, ncc
     from PolyPoseLib.simulation.simulate import simulate_case as simulate
+    from PolyPoseLib.tracking.follow import track
     from PolyPoseLib.warp.polyrigid import PolyrigidWarp
 
 __all__ = [
@@ -59,15 +62,19 @@ __all__ = [
     "export_dicom",
     "gmncc",
     "load_result",
+    "load_sequence",
     "load_study",
+    "load_track",
     "load_truth",
     "ncc",
     "read_ct",
     "register",
     "render",
     "save_result",
+    "save_track",
     "se3",
     "simulate",
+    "track",
 ]
 
 _HOMES = {
@@ -89,15 +96,19 @@ _HOMES = {
     "export_dicom": "io.dicom_export.export",
     "gmncc": "similarity.ncc",
     "load_result": "io.results",
+    "load_sequence": "io.tracking.sequences",
     "load_study": "io.studies",
+    "load_track": "io.tracking.tracks",
     "load_truth": "io.truths",
     "ncc": "similarity.ncc",
     "read_ct": "io.volumes",
     "register": "pipeline",
     "render": "rendering.projector",
     "save_result": "io.results",
+    "save_track": "io.tracking.tracks",
     "se3": "geometry.se3:",
     "simulate": "simulation.simulate:simulate_case",
+    "track": "tracking.follow",
 }
 """Module of each public name, then its name there if that is another; nothing after the colon means the module itself.
 The imports above say the same to type checkers."""

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from PolyPoseLib.carrying.surfaces import Surface
 from PolyPoseLib.data.carried import CarriedPoints
 from PolyPoseLib.data.result import CameraResult, Result
 from PolyPoseLib.data.volume import Volume
-from PolyPoseLib.viewer.surfaces import Surface
 
 COLOURS = (
     "#e6c84f", "#5fb3e8", "#e8795f", "#7fce7a", "#c68be0", "#f0a04b", "#66d0c0", "#e58bb3", "#a3b8f0", "#c2cf5a",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from PolyPoseLib.carrying.surfaces import surfaces_of
 from PolyPoseLib.data.options import Options
 from PolyPoseLib.data.result import Result
 from PolyPoseLib.data.volume import AIR_HU, Volume
@@ -17,7 +18,6 @@ from PolyPoseLib.io import study_schema
 from PolyPoseLib.io.results import load_result
 from PolyPoseLib.io.same_study import require_same_study
 from PolyPoseLib.viewer.content import COLOURS, Bone, Content, NamedPoints, View
-from PolyPoseLib.viewer.surfaces import surfaces_of
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.study import Study

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from PolyPoseLib.carrying.surfaces import Surface
 from PolyPoseLib.data.carried import CHI2_95
 from PolyPoseLib.geometry.camera import Camera, review_camera
 from PolyPoseLib.geometry.grid import block_mean
 from PolyPoseLib.viewer.content import Bone, Content, View
 from PolyPoseLib.viewer.pictures import windowed
-from PolyPoseLib.viewer.surfaces import Surface
 
 PICTURE_SIDE = 220
 """Longer side in pixels of an X-ray's picture in the scene; less where there are many."""

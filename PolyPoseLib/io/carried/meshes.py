@@ -184,7 +184,7 @@ def read_surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 def _read_parts(path: Path, program: str) -> dict[str, np.ndarray]:
     """The arrays that a child reads from a mesh: vertices in LPS mm, "signs" and others."""
-    _require_vtk()
+    require_vtk()
     refuse_special_file(path)
     if path.stat().st_size > MAX_BYTES:
         raise InputError(f"{path}: a mesh of {path.stat().st_size >> 20} MiB is too large: decimate it.")
@@ -233,6 +233,7 @@ def _run(program: str, arguments: list[Path], folder: str, path: Path) -> None:
         )
 
 
-def _require_vtk() -> None:
+def require_vtk() -> None:
+    """Raise InputError where VTK is missing."""
     if find_spec("vtkmodules") is None:
         raise InputError("Meshes need the package vtk: pip install 'polypose[mesh]'.")

@@ -58,6 +58,6 @@ def volume_poses(track: Track, structure: int, volume: np.ndarray) -> dict[int, 
 def write_tra(path: Path, poses: dict[int, np.ndarray], frames: int) -> None:
     """Write poses of a structure by frame, one line for each of so many frames from 0, NaN where there is none."""
     lines = [
-        ",".join(f"{value:.16g}" for value in poses[n].ravel()) if n in poses else LOST for n in range(frames)
+        ",".join(f"{value:.16f}" for value in poses[n].ravel()) if n in poses else LOST for n in range(frames)
     ]
     path.write_text("\n".join(lines) + "\n", encoding="ascii")

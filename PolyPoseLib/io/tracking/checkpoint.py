@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import zlib
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from PolyPoseLib.data.tracking.track import TrackedFrame
@@ -33,6 +34,10 @@ def checkpoint_path(output: Path) -> Path:
     """Where the checkpoint of a run with this output lies: beside it."""
     target = output.resolve()
     return target.with_name(f"{target.name}{ENDING}")
+
+
+_BEGINNING = re.compile(rb"[0-9a-f]{0,8}|[0-9a-f]{8} (\{[^\n]*)?")
+"""What a process that is killed may leave of the first line."""
 
 
 class Checkpoint:
@@ -96,7 +101,13 @@ def opened_checkpoint(path: Path, digest: str, names: Sequence[str], resume: boo
         if size == 0:
             header = {"format": FORMAT, "inputs": digest, "structures": list(names)}
             _append(descriptor, json.dumps(header), path)
-        yield Checkpoint(descriptor, path, names, done)
+        checkpoint = Checkpoint(descriptor, path, names, done)
+        try:
+            yield checkpoint
+        finally:
+            if not checkpoint.kept:
+                with suppress(OSError):
+                    path.unlink()
     finally:
         os.close(descriptor)
 
@@ -167,7 +178,7 @@ def _lines(path: Path) -> Iterator[tuple[str, int]]:
             while line := stream.readline(MAX_LINE_BYTES):
                 content = _checked(line)
                 if content is None:
-                    if place == 0 and line.endswith(b"\n"):
+                    if place == 0 and not _BEGINNING.fullmatch(line):
                         raise InputError(
                             f"{path}: this file is no checkpoint of this version: move it away, or choose another "
                             "--output."

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from result_case import random_pose
 
+from PolyPoseLib.carrying.surfaces import Surface
 from PolyPoseLib.data.carried import CHI2_95
 from PolyPoseLib.data.result import CameraResult
 from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at
 from PolyPoseLib.viewer import scene
 from PolyPoseLib.viewer.content import Bone, View
-from PolyPoseLib.viewer.surfaces import Surface
 
 
 def decoded(encoded):

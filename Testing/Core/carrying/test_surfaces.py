@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from PolyPoseLib.carrying import surfaces
 from PolyPoseLib.data.volume import Volume
-from PolyPoseLib.viewer import surfaces
 
 pytest.importorskip("vtkmodules")
 
