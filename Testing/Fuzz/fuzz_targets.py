@@ -19,6 +19,7 @@ from pydicom.sequence import Sequence
 from pydicom.uid import DeflatedExplicitVRLittleEndian, RLELossless
 from result_case import make_result
 from segment_files import saved, seg_dataset, structure_set
+from track_case import make_track, write_sequence
 from xray_samples import dataset, random_pixels, save
 
 from PolyPoseLib.data.study import Study
@@ -27,9 +28,14 @@ from PolyPoseLib.io.camera_models import load_model, read_tensors, write_tensors
 from PolyPoseLib.io.json_records import parse_object
 from PolyPoseLib.io.results import load_result
 from PolyPoseLib.io.segmentations import read_segmentation
+from PolyPoseLib.io.tracking.checkpoint import opened_checkpoint
+from PolyPoseLib.io.tracking.image_run import open_run
+from PolyPoseLib.io.tracking.sequences import load_sequence
+from PolyPoseLib.io.tracking.tracks import load_track, save_track
 from PolyPoseLib.io.transforms import read_transform
 from PolyPoseLib.io.volumes import read_ct, read_volume, write_volume
 from PolyPoseLib.io.xray.calibration import read_calibration
+from PolyPoseLib.io.xray.fields import XrayFields
 from PolyPoseLib.io.xray.landmarks import parse_landmarks
 from PolyPoseLib.io.xray.read import read_xray
 
@@ -330,12 +336,58 @@ def camera_model(folder: Path) -> list[Subject]:
     ]
 
 
+def sequence(folder: Path) -> list[Subject]:
+    pose = [[1, 0, 0, 3], [0, 0, -1, 5], [0, 1, 0, 8], [0, 0, 0, 1]]
+    more = {"still": ["tibia"], "initial_poses": {"talus": pose}, "landmarks": {"medial": [1, 2, 3]}}
+    path = write_sequence(folder / "walk", **more, options={"first": 1, "last": 3, "smooth": True})
+    return [_subject(path, load_sequence)]
+
+
+def image_run(folder: Path) -> list[Subject]:
+    """Runs of several images, of which all are read."""
+    stack = random_pixels(3, (4, 24, 32))
+    pages = [Image.fromarray(page) for page in stack]
+    paths = []
+    for name, settings in (
+        ("plain", {}),
+        ("big", {"big_tiff": True}),
+        ("packed", {"compression": "tiff_lzw"}),
+    ):
+        paths.append(folder / f"{name}.tif")
+        pages[0].save(paths[-1], save_all=True, append_images=pages[1:], **settings)
+    ds = dataset(stack, "XA")
+    paths.append(save(ds, folder / "run.dcm"))
+    ds.compress(RLELossless, generate_instance_uid=False)
+    paths.append(save(ds, folder / "rle.dcm"))
+
+    def read(path: Path) -> Any:
+        run = open_run(path, path.name)
+        return [run.values(number, XrayFields()) for number in range(min(run.count, 8))]
+
+    return [_subject(path, read) for path in paths]
+
+
+def track(folder: Path) -> list[Subject]:
+    saved = save_track(make_track(frames=3), folder / "track")
+    path = saved / "track.json"
+    checkpoint = folder / "walk.partial"
+    with opened_checkpoint(checkpoint, "0" * 64, ("tibia", "talus"), resume=False) as begun:
+        for frame in make_track(frames=3).frames:
+            begun.keep(frame)
+
+    def resume(path: Path) -> Any:
+        with opened_checkpoint(path, "0" * 64, ("tibia", "talus"), resume=True) as begun:
+            return begun.done
+
+    return [Subject(path, path.read_bytes(), lambda: load_track(saved)), _subject(checkpoint, resume)]
+
+
 TARGETS: dict[str, Callable[[Path], list[Subject]]] = {
     each.__name__: each
     for each in (
         nrrd, metaimage, nifti, dicom_ct, dicom_segments,
         dicom_xray, picture, calibration, landmarks, study, result, transform,
-        camera_model,
+        camera_model, sequence, image_run, track,
     )
 }  # fmt: skip
 """Every target: makes its sound files in a folder, and says how they are read."""

@@ -9,7 +9,8 @@ origin is the outer corner of the first column, the last row and the first page 
 for the voxel of column i, row j and page k, H rows, and voxels of s_i x s_j x s_k mm. A line of a .tra file is the
 motion from there to the world, 16 numbers row by row.
 
-B. Akhbari et al., "Autoscoping wrist joints", Journal of Biomechanics 2019; the code of Autoscoper 2.
+Source: the ray caster, the volume's description and the reading of tracking data in the code of Autoscoper 2
+(github.com/BrownBiomechanics/Autoscoper).
 """
 
 from __future__ import annotations

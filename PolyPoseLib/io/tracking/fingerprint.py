@@ -19,8 +19,9 @@ LOOKED_AT = 9
 def fingerprint(sequence: Sequence) -> str:
     """A digest of all on which the poses of a forward pass depend.
 
-    The last frame, the backward pass and smoothing come after what is resumed, and threads change nothing. Of the
-    images, a few spread over the frames count: reading all of them takes minutes.
+    The backward pass and smoothing come after what is resumed, and threads change nothing. The range of frames counts,
+    because the images' scale is decided on it. Of the images, a few spread over the frames count: reading all of them
+    takes minutes.
 
     Parameters
     ----------
@@ -43,7 +44,14 @@ def fingerprint(sequence: Sequence) -> str:
         "still": sequence.still,
         "initial_poses": dict(sorted(sequence.initial_poses.items())),
         "landmarks": dict(sorted(sequence.landmarks.items())),
-        "options": [options.start, options.prediction, options.first, options.seed, options.kernel],
+        "options": [
+            options.start,
+            options.prediction,
+            options.first,
+            options.last,
+            options.seed,
+            options.kernel,
+        ],
         "cameras": [
             [
                 view.name,

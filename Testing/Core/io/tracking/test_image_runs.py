@@ -230,7 +230,7 @@ def film(path, frames, codec="ffv1", pixel_format="gray"):
     height, width = frames[0].shape[:2]
     with av.open(str(path), "w") as container:
         stream = container.add_stream(codec, rate=25)
-        stream.width, stream.height, stream.pix_fmt = width, height, pixel_format
+        stream.width, stream.height, stream.pix_fmt, stream.bit_rate = width, height, pixel_format, 8_000_000
         for pixels in frames:
             kind = "rgb24" if pixels.ndim == 3 else "gray16le" if pixels.dtype == np.uint16 else "gray"
             container.mux(stream.encode(av.VideoFrame.from_ndarray(pixels, format=kind)))
