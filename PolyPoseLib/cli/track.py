@@ -131,7 +131,7 @@ def _track(sequence: Sequence, checkpoint: Checkpoint, kind: str) -> Track:
     """Track a sequence with its progress shown, every frame kept once it is fitted."""
     from PolyPoseLib.tracking.follow import track
 
-    done = tuple(each for each in checkpoint.done if each.frame in sequence.frames)
+    done = tuple(each for each, n in zip(checkpoint.done, sequence.frames, strict=False) if each.frame == n)
     if done:
         _LOG.info("Going on after %d of %d frames.", len(done), sequence.frame_count)
     display = progress_display(kind)

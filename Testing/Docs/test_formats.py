@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 
 import pytest
 from pages import DOCS, PAGES, ROOT, code_blocks, name_of, table_names
 
 from PolyPoseLib.data.options import Options
+from PolyPoseLib.data.tracking.track_options import TrackOptions
 from PolyPoseLib.io import study_schema
+from PolyPoseLib.io.tracking import schema as track_schema
+from PolyPoseLib.io.tracking.poses_table import COLUMNS
 from PolyPoseLib.io.xray.fields import FIELDS
 from PolyPoseLib.io.xray.intensity import INTENSITIES
 
 STUDY = DOCS / "study-format.md"
 RESULT = DOCS / "result-format.md"
+TRACK = DOCS / "tracking.md"
 
 
 def test_the_fields_of_a_study() -> None:
@@ -33,6 +38,31 @@ def test_the_options() -> None:
     assert sorted(table_names(STUDY, "Options")) == sorted(known)
 
 
+def names_in_first_column(heading: str, level: str = "###") -> list[str]:
+    """All names in code type in the first column of the first table under a heading of the page on tracking."""
+    section = TRACK.read_text(encoding="utf-8").split(f"{level} {heading}\n", 1)[1].split("\n##", 1)[0]
+    rows = re.search(r"(?:^\|.*\n)+", section, re.M)[0].splitlines()[2:]
+    return [name for row in rows for name in re.findall(r"`(\w+)`", row.split(" | ")[0])]
+
+
+def test_the_fields_of_a_sequence_and_of_its_cameras() -> None:
+    assert sorted(names_in_first_column("Fields of a sequence")) == sorted(
+        (*track_schema.REQUIRED, *track_schema.OPTIONAL)
+    )
+    assert sorted(names_in_first_column("Fields of a camera")) == sorted(track_schema.CAMERA_FIELDS)
+
+
+def test_the_options_of_a_tracking() -> None:
+    known = [field.name for field in dataclasses.fields(TrackOptions)]
+    assert sorted(names_in_first_column("Options of a tracking")) == sorted(known)
+
+
+def test_the_columns_of_poses() -> None:
+    text = TRACK.read_text(encoding="utf-8").split("| columns of `poses.csv` |")[1].split("\n\n")[0]
+    for name in re.findall(r"`([a-z]\w+)`", text):
+        assert name in COLUMNS
+
+
 def test_the_meanings_of_pixel_values() -> None:
     section = STUDY.read_text(encoding="utf-8").split("Values of `intensity`:")[1].split("## ")[0]
     assert all(f"| `{meaning}` |" in section for meaning in INTENSITIES)
@@ -41,7 +71,9 @@ def test_the_meanings_of_pixel_values() -> None:
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_studies_on_pages_are_valid(page) -> None:
     for text in code_blocks(page, "json"):
-        study_schema.check(json.loads(text), name_of(page))
+        fields = json.loads(text)
+        check = track_schema.check if "cameras" in fields else study_schema.check
+        check(fields, name_of(page))
 
 
 def test_the_citation_is_valid() -> None:

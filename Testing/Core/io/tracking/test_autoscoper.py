@@ -79,6 +79,19 @@ def test_a_bones_voxel_lies_in_the_world_where_the_track_has_it(tmp_path):
             assert in_ct[:3] == pytest.approx(sequence.ct.to_world(np.array([column, row, page])), abs=1e-9)
 
 
+def test_a_volume_that_was_cut_out_takes_the_corner_that_the_page_says():
+    rng = np.random.default_rng(5)
+    whole, (sx, sy, sz), (a, b, c) = rng.random((9, 10, 11)), (0.4, 0.5, 0.6), (3, 2, 4)
+    part = whole[c:8, 1 : 10 - b, a:9]
+    corner = np.eye(4)
+    corner[:3, 3] = a * sx, b * sy, -c * sz
+    spacing = np.array([sx, sy, sz])
+    for point in rng.uniform([0.1, 0.1, -1.5], [1.9, 2.9, -0.1], (20, 3)):
+        in_part = sampled_by_autoscoper(part, spacing, point)
+        in_whole = sampled_by_autoscoper(whole, spacing, (corner @ [*point, 1])[:3])
+        assert in_whole == pytest.approx(in_part + [c, 1, a])
+
+
 def test_numbers_are_written_in_full_and_without_exponents(tmp_path):
     pose = random_pose(np.random.default_rng(3))
     pose[0, 0] = 1e-9
