@@ -23,6 +23,7 @@ from PolyPoseLib.io.xray.distorted import is_round
 from PolyPoseLib.io.xray.fields import XrayFields
 from PolyPoseLib.io.xray.given_mask import read_mask
 from PolyPoseLib.io.xray.pose import pose_of
+from PolyPoseLib.io.xray.tags import XrayTags
 
 ENTRY = "TRACK.json"
 """What sentences call the file in which the user corrects an entry."""
@@ -40,12 +41,15 @@ class ReadCamera:
         Origin of every number, one line each.
     warnings
         What is uncertain, one line each.
+    frames_per_second
+        That the files state, or None.
 
     """
 
     view: TrackView
     provenance: tuple[str, ...]
     warnings: tuple[str, ...]
+    frames_per_second: float | None = None
 
 
 def read_camera(
@@ -94,7 +98,16 @@ def read_camera(
         )
     images = CameraImages(run, given, decision, places, mirrored, path.name)
     view = TrackView(name, camera, images, first)
-    return ReadCamera(view, tuple(notes.provenance), (*run.warnings, *notes.warnings))
+    rate = _stated_rate(run.tags())
+    return ReadCamera(view, tuple(notes.provenance), (*run.warnings, *notes.warnings), rate)
+
+
+def _stated_rate(tags: XrayTags | None) -> float | None:
+    """Frames per second by Frame Time (0018,1063) in ms, or Cine Rate (0018,0040); None where no tag says so."""
+    if tags is None:
+        return None
+    time_ms = tags.positive("FrameTime")
+    return 1000 / time_ms if time_ms else tags.positive("CineRate")
 
 
 def _looked_at(run: ImageRun, first: int, frames: range | None) -> list[int]:

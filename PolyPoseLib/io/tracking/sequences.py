@@ -21,11 +21,14 @@ from PolyPoseLib.io.results import load_cameras
 from PolyPoseLib.io.segmentations import read_segmentation
 from PolyPoseLib.io.study_schema import initial_poses
 from PolyPoseLib.io.tracking import schema
-from PolyPoseLib.io.tracking.cameras import read_camera
+from PolyPoseLib.io.tracking.cameras import ReadCamera, read_camera
 from PolyPoseLib.io.volumes import read_ct_with_warnings
 
 NARROW_DEG = 8.0
 """Cameras that differ by less in direction show next to no depth."""
+
+RATE_TOLERANCE = 0.02
+"""Share by which a frame rate may differ from the one that DICOM states, whose numbers are rounded."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -68,7 +71,8 @@ def load_sequence(
         found = _found_cameras(fields, folder, allow_outside)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    views, odd_cameras = _views(entries, found, settings, str(path))
+    rate = float(fields["frames_per_second"])
+    views, odd_cameras = _views(entries, found, settings, rate, str(path))
     ct, odd_values = read_ct_with_warnings(ct_path, fields.get("ct_series"))
     segmentation = read_segmentation(labels_path, ct)
     try:
@@ -94,7 +98,7 @@ def load_sequence(
             ct=ct,
             structures=structures,
             views=views,
-            frames_per_second=float(fields["frames_per_second"]),
+            frames_per_second=rate,
             reference=fields["reference"],
             initial_poses={name: pose for name, pose in poses.items() if name in known},
             still=tuple(dict.fromkeys(name for name in fields.get("still") or () if name in known)),
@@ -141,7 +145,11 @@ def _found_cameras(fields: Mapping[str, Any], folder: Path, allow_outside: bool)
 
 
 def _views(
-    entries: Many[Mapping[str, Any]], found: Mapping[str, Camera] | None, options: TrackOptions, where: str
+    entries: Many[Mapping[str, Any]],
+    found: Mapping[str, Camera] | None,
+    options: TrackOptions,
+    rate: float,
+    where: str,
 ) -> tuple[tuple[TrackView, ...], list[str]]:
     """All cameras, and warnings about them; raises InputError."""
     frames = None if options.last is None else range(options.first, options.last + 1)
@@ -155,9 +163,17 @@ def _views(
             raise InputError(f'{where}: "cameras"[{number}]: {error}') from error
         for line in read.provenance:
             _LOG.info("%s: %s", name, line)
-        warnings.extend(f"{name}: {line}" for line in read.warnings)
+        warnings.extend(f"{name}: {line}" for line in (*read.warnings, *_odd_rate(read, rate)))
         views.append(read.view)
     return tuple(views), warnings
+
+
+def _odd_rate(read: ReadCamera, rate: float) -> list[str]:
+    """A warning where the files state another frame rate."""
+    stated = read.frames_per_second
+    if stated is None or abs(stated - rate) <= RATE_TOLERANCE * rate:
+        return []
+    return [f'DICOM states {stated:.6g} frames per second, and "frames_per_second" is {rate:g}: check it.']
 
 
 def _odd_views(views: Many[TrackView], options: TrackOptions) -> list[str]:

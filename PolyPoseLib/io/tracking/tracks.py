@@ -133,6 +133,8 @@ def load_track(folder: str | Path) -> Track:
 
 def stranger_in_track(folder: Path) -> str | None:
     """The first file in a folder that the tracking whose track.json is there did not write, or None."""
+    if not (folder / TRACK).is_file():  # a folder of anything, perhaps of a whole disk
+        return next((each.name for each in folder.iterdir()), None)
     found = sorted(each.relative_to(folder).as_posix() for each in folder.rglob("*") if not _is_folder(each))
     try:
         listed = parse_object(read_text(folder / TRACK, "a track", MAX_BYTES), TRACK).get("files")

@@ -1,12 +1,14 @@
 """The subcommand track: its options, what it prints and writes, and its exit statuses."""
 
 import argparse
+import gzip
 import json
 import sys
 
 import numpy as np
 import pytest
-from track_case import FRAMES, frame_at, install_stand_in, make_track, write_sequence
+from track_case import FRAMES, frame_at, install_stand_in, make_track, picture, write_sequence
+from xray_samples import SECRET, dataset, save
 
 from PolyPoseLib.__main__ import main
 from PolyPoseLib.cli import track as command
@@ -158,6 +160,29 @@ def test_what_is_wrong_is_one_sentence(path, tmp_path, capsys):
         status, out, err = run(capsys, path, "--output", tmp_path / "out")
         assert status == 2 and not out and len(err.splitlines()) == 1 and "TRACK.json" in err
     assert sorted(each.name for each in tmp_path.iterdir()) == ["walk"]
+
+
+def test_no_output_names_the_patient_or_the_files(path, tmp_path, capsys):
+    stack = np.stack([picture(7, frame) % 4000 for frame in range(FRAMES)]).astype(np.uint16)
+    fields = json.loads(path.read_text())
+    place = path.parent / "Roe_Richard"
+    place.mkdir()
+    save(dataset(stack, "XA", StudyDescription=SECRET), place / "Roe_Richard.dcm")
+    (path.parent / "cam1").rename(place / "Roe_R")
+    (place / "Roe_R" / "Roe.txt").write_text("x")
+    fields["cameras"][0]["images"] = "Roe_Richard/Roe_Richard.dcm"
+    fields["cameras"][1]["images"] = "Roe_Richard/Roe_R"
+    path.write_text(json.dumps({**fields, "options": {}}))
+    status, out, err = run(capsys, path, "--output", tmp_path / "out", "--warp-frames", 0)
+    assert status == 0 and "were left out" in err
+    texts = [out, err]
+    for each in (tmp_path / "out").rglob("*"):
+        if each.is_file():
+            content = each.read_bytes()
+            content = gzip.decompress(content) if each.suffix == ".gz" else content
+            texts += [each.name, content.decode("latin-1")]
+    for text in texts:
+        assert not any(word in text for word in ("Roe", "Doe", SECRET, "SECRET42"))
 
 
 def test_doubtful_frames_are_listed_up_to_a_number():

@@ -89,7 +89,7 @@ def test_a_volume_that_was_cut_out_takes_the_corner_that_the_page_says():
     for point in rng.uniform([0.1, 0.1, -1.5], [1.9, 2.9, -0.1], (20, 3)):
         in_part = sampled_by_autoscoper(part, spacing, point)
         in_whole = sampled_by_autoscoper(whole, spacing, (corner @ [*point, 1])[:3])
-        assert in_whole == pytest.approx(in_part + [c, 1, a])
+        assert in_whole == pytest.approx(np.add(in_part, [c, 1, a]))
 
 
 def test_numbers_are_written_in_full_and_without_exponents(tmp_path):

@@ -9,6 +9,7 @@ import SimpleITK as sitk
 from json_values import assert_one_sentence
 from result_case import make_result
 from track_case import AFFINE, FRAMES, NAMES, SHAPE, camera, mayacam, picture, write_pictures, write_sequence
+from xray_samples import dataset, save
 
 import PolyPoseLib as pp
 from PolyPoseLib.data.tracking.sequence import FrameImages
@@ -170,6 +171,16 @@ def test_one_frame_is_a_sequence_and_none_is_not(path):
         for each in (path.parent / f"cam{number}").iterdir():
             each.unlink()
     refused(path, "no image")
+
+
+def test_a_frame_rate_is_compared_with_dicoms(path):
+    stack = np.stack([picture(7, frame) % 4000 for frame in range(FRAMES)]).astype(np.uint16)
+    for rate, name in ((20.0, "FrameTime"), (1000 / 30, "FrameTime"), (25, "CineRate"), (50, "CineRate")):
+        value = rate if name == "FrameTime" else int(rate)
+        save(dataset(stack, "XA", **{name: value}), path.parent / "run.dcm")
+        change_camera(path, 0, images="run.dcm", intensity=None)
+        odd = [line for line in load_sequence(path).warnings if "frames per second" in line]
+        assert len(odd) == (value not in (20.0, 50)), odd
 
 
 def test_narrow_views_are_flagged(path):
