@@ -19,9 +19,13 @@ from PolyPoseLib.io.tracking.image_run import ImageRun, image_of
 from PolyPoseLib.io.tracking.tiff_run import other_size
 from PolyPoseLib.io.xray.fields import XrayFields
 from PolyPoseLib.io.xray.intensity import Conversion, conversion_of
+from PolyPoseLib.io.xray.values import PixelValues
 
 LOOKED_AT = 5
 """Images on which scale and mask are decided."""
+
+LEAST_CONTRAST = 0.2
+"""Span of an image's gray values, in that of the richest of those that are looked at, below which it shows nothing."""
 
 KEPT = 4
 """Images that are kept, of those that were read last: restarts read them again."""
@@ -55,7 +59,8 @@ def decide(
 ) -> Decision:
     """Decide meaning, scale and mask on some images of a run.
 
-    A pixel is used where any of the images shows it: what hides it in one alone moves.
+    Images without contrast do not count. A pixel is used where most of the others show it: what hides it in one alone
+    moves.
 
     Parameters
     ----------
@@ -76,33 +81,37 @@ def decide(
         Images that cannot be read, of different sizes, constant, or of which the mask leaves nothing.
 
     """
-    seen: list[np.ndarray] = []
-    meaning, mask, first = "", np.zeros(0, bool), None
+    found: list[PixelValues] = []
     for number in numbers:
-        own = notes if first is None else Notes(image_of(notes.where, number), notes.entry)
+        own = notes if not found else Notes(image_of(notes.where, number), notes.entry)
         pixels = run.decided(number, given, own)
-        if first is None:
-            first, meaning, mask = pixels, pixels.meaning, pixels.mask.copy()
-        elif pixels.shape != first.shape:
-            raise other_size(notes.where, number, pixels.shape, first.shape)
-        else:
-            mask |= pixels.mask
-        usable = pixels.mask if given_mask is None else pixels.mask & given_mask
-        seen.append(pixels.values[usable])
-    assert first is not None
+        if found and pixels.shape != found[0].shape:
+            raise other_size(notes.where, number, pixels.shape, found[0].shape)
+        found.append(pixels)
+    shown = _with_contrast(found, given_mask)
+    mask = np.mean([each.mask for each in shown], axis=0) > 0.5
     if given_mask is not None:
         mask &= given_mask
     if not mask.any():
         raise InputError(f'{notes.where}: the "mask" and the shutter leave no pixels; correct the mask.')
     conversion = conversion_of(
-        np.concatenate(seen),
-        meaning,
+        np.concatenate([each.values[mask] for each in shown]),
+        found[0].meaning,
         notes,
-        unattenuated=first.unattenuated,
-        step=first.step,
-        largest=first.largest,
+        unattenuated=found[0].unattenuated,
+        step=found[0].step,
+        largest=found[0].largest,
     )
     return Decision(conversion, mask)
+
+
+def _with_contrast(found: list[PixelValues], given_mask: np.ndarray | None) -> list[PixelValues]:
+    """Those of some images that show something: the tube may be off at times."""
+    spans = []
+    for each in found:
+        seen = each.values[each.mask if given_mask is None else each.mask & given_mask]
+        spans.append(float(np.ptp(np.percentile(seen, (1, 99)))) if seen.size else 0.0)
+    return [each for each, span in zip(found, spans, strict=True) if span >= LEAST_CONTRAST * max(spans)]
 
 
 class CameraImages:

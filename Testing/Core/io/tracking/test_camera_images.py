@@ -153,6 +153,24 @@ def test_a_given_mask_and_a_shutter_hold_for_all_images(tmp_path):
     assert np.array_equal(mask, given_mask > 0)
 
 
+@pytest.mark.parametrize("intensity", ["attenuation", "transmission"])
+def test_images_without_exposure_change_neither_scale_nor_mask(tmp_path, intensity):
+    """The tube is off at both ends of the run, and in its middle; the collimator stays."""
+    shown = [shaded(number, (80, 100)) for number in range(9)]
+    for image in shown:
+        image[:, :20] = 0 if intensity == "transmission" else 65535
+    rng = np.random.default_rng(0)
+    dark = [rng.integers(200, 260, (80, 100)).astype(np.uint16) for _ in range(3)]
+    entry = {"intensity": intensity, **KNOWN}
+    alone = read_camera({**entry, "images": write(tmp_path / "alone", shown)}, "cam", None).view
+    stack = [dark[0], *shown[:4], dark[1], *shown[5:], dark[2]]
+    mixed = read_camera({**entry, "images": write(tmp_path / "mixed", stack)}, "cam", None).view
+    image, mask = alone.images.read(3)
+    other, other_mask = mixed.images.read(4)
+    assert np.array_equal(mask, other_mask) and not mask[:, :20].any()
+    assert np.abs(image - other)[mask].max() < 0.05 * np.ptp(image[mask])
+
+
 def test_dicom_says_what_its_values_mean_and_where_its_detector_is(tmp_path):
     stack = np.stack([shaded(number) // 16 for number in range(5)]).astype(np.uint16)
     path = save(dataset(stack, "XA"), tmp_path / "run.dcm")
