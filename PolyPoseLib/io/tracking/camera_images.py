@@ -21,7 +21,7 @@ from PolyPoseLib.io.xray.fields import XrayFields
 from PolyPoseLib.io.xray.intensity import Conversion, conversion_of
 from PolyPoseLib.io.xray.values import PixelValues
 
-LOOKED_AT = 5
+LOOKED_AT = 9
 """Images on which scale and mask are decided."""
 
 LEAST_CONTRAST = 0.2
@@ -59,8 +59,8 @@ def decide(
 ) -> Decision:
     """Decide meaning, scale and mask on some images of a run.
 
-    Images without contrast do not count. A pixel is used where most of the others show it: what hides it in one alone
-    moves.
+    Images without contrast do not count. A pixel is used where any of the others shows it: what hides it in some moves,
+    and so do bones, into what was plain direct beam before.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def decide(
             raise other_size(notes.where, number, pixels.shape, found[0].shape)
         found.append(pixels)
     shown = _with_contrast(found, given_mask)
-    mask = np.mean([each.mask for each in shown], axis=0) > 0.5
+    mask = np.any([each.mask for each in shown], axis=0)
     if given_mask is not None:
         mask &= given_mask
     if not mask.any():

@@ -39,12 +39,13 @@ def write_knee(knee, folder):
         sitk.WriteImage(page, str(folder / "right" / f"f{number}.tif"))
     (folder / "right.txt").write_text(mayacam(knee.cameras[1]))
     fields = {
-        "ct": "ct.nii.gz", "segmentation": "labels.nii.gz", "reference": "femur", "frames_per_second": 30,
+        "ct": "ct.nii.gz", "segmentation": "labels.nii.gz", "reference": "femur", "frames_per_second": 10,
         "structures": {name: [n] for n, name in enumerate(moving_knee.NAMES, start=1)},
         "cameras": [
             {"name": "left", "images": "left.dcm", "extrinsic": camera.extrinsic.tolist(),
              "intrinsics": camera.intrinsics.tolist()},
-            {"name": "right", "images": "right", "calibration": "right.txt", "first": 1, "intensity": "log_transmission"},
+            {"name": "right", "images": "right", "calibration": "right.txt", "first": 1,
+             "intensity": "log_transmission"},
         ],
         "initial_poses": dict(zip(moving_knee.NAMES, knee.poses[0].tolist(), strict=True)),
     }  # fmt: skip

@@ -153,6 +153,18 @@ def test_a_given_mask_and_a_shutter_hold_for_all_images(tmp_path):
     assert np.array_equal(mask, given_mask > 0)
 
 
+def test_a_bone_may_move_into_what_was_plain_before(tmp_path):
+    """Rows of clipped direct beam are no border once anything is seen in them."""
+    row, column = np.mgrid[:80, :100]
+    stack = []
+    for place in np.linspace(15, 85, 9):
+        lines = 4 * np.exp(-((row - 40) ** 2) / 2000 - ((column - place) ** 2) / 60)
+        stack.append(np.rint(np.clip(65000 - 20000 * lines, 0, 60000)).astype(np.uint16))
+    entry = {"images": write(tmp_path / "cam", stack), "intensity": "log_transmission", **KNOWN}
+    mask = read_camera(entry, "cam", None).view.images.read(4)[1]
+    assert mask[20:60, 10:90].all()
+
+
 @pytest.mark.parametrize("intensity", ["attenuation", "transmission"])
 def test_images_without_exposure_change_neither_scale_nor_mask(tmp_path, intensity):
     """The tube is off at both ends of the run, and in its middle; the collimator stays."""
