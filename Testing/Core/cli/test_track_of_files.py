@@ -54,9 +54,9 @@ def write_knee(knee, folder):
     return path
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_bones_are_followed_and_an_interrupted_run_finds_the_same(tmp_path, monkeypatch):
-    knee = moving_knee.MovingKnee(0, moving_knee.KneeOptions(**moving_knee.SMALL))
+    knee = moving_knee.MovingKnee(0, moving_knee.KneeOptions(**{**moving_knee.SMALL, "frames": 4}))
     (tmp_path / "knee").mkdir()
     path = write_knee(knee, tmp_path / "knee")
     command = ["track", str(path), "--threads", "1", "--progress", "none", "--output"]
@@ -66,7 +66,9 @@ def test_bones_are_followed_and_an_interrupted_run_finds_the_same(tmp_path, monk
     for frame, truth in zip(track.frames, knee.poses, strict=True):
         for k, pose in enumerate(truth):
             off = perturbation_between(pose, frame.poses[k], track.centroids[k])
-            assert np.linalg.norm(off[3:]) < 1.0 and np.degrees(np.linalg.norm(off[:3])) < 3.0
+            # The patella has fifteen pixels.
+            most_deg = 12.0 if moving_knee.NAMES[k] == "patella" else 2.0
+            assert np.linalg.norm(off[3:]) < 1.0 and np.degrees(np.linalg.norm(off[:3])) < most_deg
 
     from PolyPoseLib.io.tracking.checkpoint import Checkpoint
 
