@@ -5,9 +5,11 @@ from __future__ import annotations
 import io
 import logging
 import re
+import struct
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +24,10 @@ XRAY_MODALITIES = ("XA", "RF", "CR", "DX", "MG", "RTIMAGE", "IO", "PX", "RG", "D
 
 MAX_PIXELS = 1 << 26
 """Largest frame that is decoded: 8192 x 8192, more than any detector has."""
+
+
+_DEFLATED = "1.2.840.10008.1.2.1.99"
+"""Transfer syntax whose places are those of the inflated bytes."""
 
 
 @contextmanager
@@ -47,7 +53,16 @@ def looks_like_dicom(path: Path) -> bool:
     return head[:2] in (b"\x02\x00", b"\x08\x00", b"\x00\x08") and len(head) > 8
 
 
-def open_dicom(path: Path, where: str, **options: Any) -> Dataset:
+def _require_dicom(path: Path, where: str) -> None:
+    """Raise InputError where a file does not begin as DICOM does."""
+    if not looks_like_dicom(path):
+        raise InputError(
+            f"{where} does not begin like a DICOM file; give the X-ray as DICOM, or as NIfTI, NRRD, PNG or TIFF with "
+            "the usual ending."
+        )
+
+
+def open_dicom(path: Path, where: str) -> Dataset:
     """Read one DICOM file, its preamble and file meta information being optional.
 
     Parameters
@@ -56,8 +71,6 @@ def open_dicom(path: Path, where: str, **options: Any) -> Dataset:
         The file.
     where
         Opening of the sentences of errors.
-    **options
-        Of pydicom.dcmread.
 
     Raises
     ------
@@ -65,26 +78,112 @@ def open_dicom(path: Path, where: str, **options: Any) -> Dataset:
         Not DICOM, cut short, without pixels, or not an X-ray.
 
     """
-    if not looks_like_dicom(path):
-        raise InputError(
-            f"{where} does not begin like a DICOM file; give the X-ray as DICOM, or as NIfTI, NRRD, PNG or TIFF with "
-            "the usual ending."
-        )
+    _require_dicom(path, where)
     with quiet_pydicom():
         try:
-            dataset = read_dataset(path, force=True, **options)
-            complete_meta(dataset)
-            rows, columns = dataset.get("Rows"), dataset.get("Columns")
-            modality = str(dataset.get("Modality") or "").strip().upper()
+            dataset = read_dataset(path, force=True)
             has_pixels = any(
                 key in dataset for key in ("PixelData", "FloatPixelData", "DoubleFloatPixelData")
             )
+            modality = _completed(dataset)
         except InputError as error:
             raise InputError(f"{where} {error}") from None
         except Exception:
-            raise InputError(
-                f"{where} is damaged or cut short: its DICOM header cannot be read; copy the file again."
-            ) from None
+            raise InputError(_unreadable(where)) from None
+    _check_image(dataset, modality, has_pixels, where)
+    return dataset
+
+
+@dataclass(frozen=True)
+class PixelPlace:
+    """Where the value of Pixel Data (7FE0,0010) lies in a file.
+
+    Attributes
+    ----------
+    start
+        Its first byte.
+    length
+        In bytes, as the element states it; 0xFFFFFFFF for encapsulated frames.
+    vr
+        Its value representation.
+
+    """
+
+    start: int
+    length: int
+    vr: str
+
+
+def open_dicom_header(path: Path, where: str) -> tuple[Dataset, PixelPlace | None]:
+    """Read one DICOM file without its pixels, which stay where they are.
+
+    Parameters
+    ----------
+    path
+        The file.
+    where
+        Opening of the sentences of errors.
+
+    Returns
+    -------
+    tuple[Dataset, PixelPlace | None]
+        The other attributes, and where the pixels are; None where they were read, too: those of deflated files have no
+        place, and real numbers are another element.
+
+    Raises
+    ------
+    InputError
+        As `open_dicom`.
+
+    """
+    _require_dicom(path, where)
+    with quiet_pydicom():
+        try:
+            with BoundedFile(io.FileIO(path)) as stream:
+                dataset, place = _header_and_place(stream)
+            modality = _completed(dataset)
+        except InputError as error:
+            raise InputError(f"{where} {error}") from None
+        except Exception:
+            raise InputError(_unreadable(where)) from None
+    if place is None or dataset.file_meta.TransferSyntaxUID == _DEFLATED:
+        return open_dicom(path, where), None
+    _check_image(dataset, modality, True, where)
+    return dataset, place
+
+
+def _header_and_place(stream: io.BufferedReader) -> tuple[Dataset, PixelPlace | None]:
+    """All attributes before the pixels, and the place of Pixel Data, where that is what follows."""
+    import pydicom
+
+    dataset = pydicom.dcmread(stream, force=True, stop_before_pixels=True)
+    implicit, little = dataset.original_encoding
+    order = "<" if little else ">"
+    head = stream.read(12)
+    if len(head) < 12 or struct.unpack(order + "HH", head[:4]) != (0x7FE0, 0x0010):
+        return dataset, None
+    end = stream.tell()
+    if implicit:
+        return dataset, PixelPlace(end - 4, struct.unpack(order + "I", head[4:8])[0], "OW")
+    vr = head[4:6].decode("ascii")
+    if vr not in ("OB", "OW", "UN"):
+        return dataset, None
+    return dataset, PixelPlace(end, struct.unpack(order + "I", head[8:])[0], vr)
+
+
+def _completed(dataset: Dataset) -> str:
+    """The modality of a dataset, whose file meta information is completed; raises nearly every kind of error."""
+    complete_meta(dataset)
+    return str(dataset.get("Modality") or "").strip().upper()
+
+
+def _unreadable(where: str) -> str:
+    """The sentence about a file that pydicom does not read."""
+    return f"{where} is damaged or cut short: its DICOM header cannot be read; copy the file again."
+
+
+def _check_image(dataset: Dataset, modality: str, has_pixels: bool, where: str) -> None:
+    """Refuse what is no X-ray, has no pixels, or a size that no detector has; raises InputError."""
     if modality and modality not in XRAY_MODALITIES:
         shown = modality if re.fullmatch(r"[A-Z0-9_]{2,16}", modality) else "unknown"
         raise InputError(
@@ -95,8 +194,12 @@ def open_dicom(path: Path, where: str, **options: Any) -> Dataset:
         raise InputError(
             f"{where} holds no pixel data (7FE0,0010): it is only a header or was cut short; give the image's file."
         )
+    with quiet_pydicom():
+        try:
+            rows, columns = dataset.get("Rows"), dataset.get("Columns")
+        except Exception:
+            raise InputError(_unreadable(where)) from None
     _check_size(rows, columns, where)
-    return dataset
 
 
 def _check_size(rows: Any, columns: Any, where: str) -> None:

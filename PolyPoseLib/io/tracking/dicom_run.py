@@ -10,7 +10,7 @@ import numpy as np
 
 from PolyPoseLib.data.notes import Notes
 from PolyPoseLib.errors import InputError, memory_ran_out
-from PolyPoseLib.io.dicom import open_dicom, quiet_pydicom, refuse_short
+from PolyPoseLib.io.dicom import PixelPlace, open_dicom_header, quiet_pydicom, refuse_short
 from PolyPoseLib.io.tracking.image_run import image_of, require_index
 from PolyPoseLib.io.xray.fields import XrayFields
 from PolyPoseLib.io.xray.pixels import stored_pixels
@@ -19,9 +19,6 @@ from PolyPoseLib.io.xray.values import PixelValues, refuse_small, rescaled, valu
 
 if TYPE_CHECKING:
     from pydicom.dataset import Dataset
-
-DEFERRED_BYTES = 1 << 20
-"""Larger values stay in the file."""
 
 PIXEL_DATA = 0x7FE00010
 
@@ -47,21 +44,17 @@ class DicomRun:
 
     def __init__(self, path: Path, where: str) -> None:
         self.path, self.where = path, where
-        header = open_dicom(path, where, defer_size=DEFERRED_BYTES)
+        header, place = open_dicom_header(path, where)
         with quiet_pydicom():
             try:
-                if (
-                    header.file_meta.TransferSyntaxUID.is_deflated
-                ):  # its places are those of the inflated bytes
-                    header = open_dicom(path, where)
                 self.count = max(int(header.get("NumberOfFrames") or 1), 1)
                 refuse_small((header.Rows, header.Columns), Notes(where))
-                self._place = _Place.of(header, path, self.count, where)
-                if self._place is None:
+                self._place: _Frames | None = None
+                if place is None:
                     refuse_short(header, where)
                 else:
+                    self._place = _Frames.of(header, place, path, self.count, where)
                     self._place.require_last(where)
-                    del header[PIXEL_DATA]
             except InputError:
                 raise
             except Exception as error:
@@ -109,7 +102,7 @@ class DicomRun:
         return single
 
 
-class _Place:
+class _Frames:
     """Where the frames lie in the file."""
 
     def __init__(
@@ -119,19 +112,12 @@ class _Place:
         self.path, self.start, self.vr, self.size, self._encapsulated = path, start, vr, size, encapsulated
 
     @classmethod
-    def of(cls, header: Dataset, path: Path, count: int, where: str) -> _Place | None:
-        """Of pixels that stayed in the file, None for others; raises InputError where some are missing."""
-        if PIXEL_DATA not in header:
-            return None
-        raw: Any = header.get_item(PIXEL_DATA, keep_deferred=True)
-        if raw is None or getattr(raw, "value", None) is not None or not hasattr(raw, "value_tell"):
-            return None
-        syntax = header.file_meta.TransferSyntaxUID
-        vr = str(raw.VR or "OW")
-        if syntax.is_encapsulated:
+    def of(cls, header: Dataset, place: PixelPlace, path: Path, count: int, where: str) -> _Frames:
+        """Of a file with these attributes; raises InputError where pixels are missing."""
+        if header.file_meta.TransferSyntaxUID.is_encapsulated:
             offsets = [header.get(name) for name in ("ExtendedOffsetTable", "ExtendedOffsetTableLengths")]
             extended = tuple(offsets) if all(offsets) else None
-            return cls(path, raw.value_tell, "OB", None, (extended, count))
+            return cls(path, place.start, "OB", None, (extended, count))
         bits = int(header.get("SamplesPerPixel") or 1) * int(header.BitsAllocated)
         if header.get("PhotometricInterpretation") == "YBR_FULL_422":
             bits = bits * 2 // 3
@@ -140,13 +126,13 @@ class _Place:
             raise InputError(
                 f"{where} packs pixels of {bits} bits, which is not read frame by frame; export it again."
             )
-        held = min(raw.length, path.stat().st_size - raw.value_tell)
+        held = min(place.length, path.stat().st_size - place.start)
         if held < whole // 8 * count:
             raise InputError(
                 f"{where} is cut short: its header promises {count} frames of {whole // 8} bytes and it holds {held} "
                 "bytes; copy the file again."
             )
-        return cls(path, raw.value_tell, vr, whole // 8, ())
+        return cls(path, place.start, place.vr, whole // 8, ())
 
     def require_last(self, where: str) -> None:
         """Refuse a file that ends before its last frame, before hours are spent on the others; raises InputError."""

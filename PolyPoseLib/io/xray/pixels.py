@@ -123,7 +123,8 @@ def _cut_to_bits(pixels: np.ndarray, dataset: Dataset, notes: Notes) -> np.ndarr
             f"Bits Stored {stored} and High Bit {high} do not fit {allocated} bits; all bits are used."
         )
         return pixels
-    values = pixels.view(f"u{pixels.dtype.itemsize}").astype(np.int64) >> (high + 1 - stored)
+    unsigned = pixels.dtype.str[0] + f"u{pixels.dtype.itemsize}"  # in the file's order of bytes
+    values = pixels.view(unsigned).astype(np.int64) >> (high + 1 - stored)
     values &= (1 << stored) - 1
     if dataset.get("PixelRepresentation") == 1:
         values[values >= 1 << (stored - 1)] -= 1 << stored

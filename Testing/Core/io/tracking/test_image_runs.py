@@ -13,7 +13,7 @@ from PIL import Image
 from pydicom.dataset import Dataset
 from pydicom.encaps import encapsulate
 from pydicom.sequence import Sequence
-from pydicom.uid import DeflatedExplicitVRLittleEndian, RLELossless
+from pydicom.uid import DeflatedExplicitVRLittleEndian, ExplicitVRBigEndian, RLELossless
 from track_case import picture, write_pictures
 from xray_samples import SECRET, dataset, save
 
@@ -54,7 +54,9 @@ def refused(path, match):
     assert SECRET not in str(error.value)
 
 
-@pytest.mark.parametrize("kind", ["plain", "rle", "rle without offsets", "deflated", "grouped"])
+@pytest.mark.parametrize(
+    "kind", ["plain", "rle", "rle without offsets", "deflated", "grouped", "table", "big endian"]
+)
 def test_a_multi_frame_dicom_file(tmp_path, kind):
     stack = pictures()
     ds = dataset(stack, "XA")
@@ -75,8 +77,18 @@ def test_a_multi_frame_dicom_file(tmp_path, kind):
             group.PixelValueTransformationSequence = Sequence([rescale])
             groups.append(group)
         ds.PerFrameFunctionalGroupsSequence = Sequence(groups)
+    if kind == "table":  # which is large itself
+        table = Dataset()
+        table.LUTDescriptor, table.LUTData = [4096, 0, 16], (3 * np.arange(4096, dtype=np.uint16)).tobytes()
+        table.ModalityLUTType = "US"
+        table["LUTDescriptor"].VR, table["LUTData"].VR = "US", "OW"
+        ds.ModalityLUTSequence = Sequence([table])
+        ds.add_new(0x00091001, "OB", bytes(5000))
+    if kind == "big endian":
+        ds.file_meta.TransferSyntaxUID = ExplicitVRBigEndian
+        ds.PixelData = stack.astype(">u2").tobytes()
     run = open_run(save(ds, tmp_path / "run.dcm"), "run.dcm")
-    expected = stack.astype(float)
+    expected = stack.astype(float) * (3 if kind == "table" else 1)
     if kind == "grouped":
         expected = 2 * expected + 10 * np.arange(COUNT)[:, None, None]
     assert_holds(run, expected)
@@ -92,7 +104,7 @@ def test_one_frame_of_a_large_dicom_file_is_in_memory_at_a_time(tmp_path, monkey
     assert 0x7FE00010 not in run._header
     read = []
     monkeypatch.setattr(
-        dicom_run._Place, "read", lambda self, index: read.append(index) or stack[index].tobytes()
+        dicom_run._Frames, "read", lambda self, index: read.append(index) or stack[index].tobytes()
     )
     assert np.array_equal(run.values(150, GIVEN), stack[150]) and read == [150]
 

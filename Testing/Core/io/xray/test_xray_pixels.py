@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from pydicom.dataset import Dataset
-from pydicom.uid import JPEG2000Lossless, RLELossless
+from pydicom.uid import ExplicitVRBigEndian, JPEG2000Lossless, RLELossless
 from xray_samples import dataset, random_pixels, save
 
 from PolyPoseLib.data.notes import Notes
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.dicom import open_dicom
 from PolyPoseLib.io.xray.pixels import apply_modality, stored_pixels
 from PolyPoseLib.io.xray.read import read_xray
 from PolyPoseLib.io.xray.tags import XrayTags
@@ -36,6 +37,20 @@ def test_stored_values_return_whatever_the_unused_bits_hold(bits, signed):
             raw.astype(np.uint16), bits=bits, HighBit=bits - 1 + shift, PixelRepresentation=int(signed)
         )
         np.testing.assert_array_equal(stored(ds), truth)
+
+
+@pytest.mark.parametrize("signed", [False, True])
+def test_the_order_of_bytes_is_the_files(tmp_path, signed):
+    truth = (
+        np.random.default_rng(0)
+        .integers(-900 if signed else 0, 4000, (20, 24))
+        .astype("i2" if signed else "u2")
+    )
+    ds = dataset(truth, bits=16, PixelRepresentation=int(signed))
+    ds.file_meta.TransferSyntaxUID = ExplicitVRBigEndian
+    ds.PixelData = truth.astype(truth.dtype.newbyteorder(">")).tobytes()
+    path = save(ds, tmp_path / "x.dcm")
+    np.testing.assert_array_equal(stored(open_dicom(path, "x")), truth)
 
 
 @pytest.mark.parametrize("syntax", [RLELossless, JPEG2000Lossless])
