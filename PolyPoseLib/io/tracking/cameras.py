@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from PolyPoseLib.data.tracking.sequence import TrackView
 from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.distortion import undistortion
-from PolyPoseLib.io.tracking.camera_images import CameraImages, Decision, decide, spread
+from PolyPoseLib.io.tracking.camera_images import CameraImages, decide, spread
 from PolyPoseLib.io.tracking.image_run import ImageRun, open_run
 from PolyPoseLib.io.xray.calibrated import Calibrated, with_calibration
 from PolyPoseLib.io.xray.calibration import read_calibration
@@ -90,14 +90,25 @@ def read_camera(
     calibrated.require_size((shape[0], shape[1]), notes)
     mask = None if given.mask is None else read_mask(given.mask, path.parent, (shape[0], shape[1]), notes)
     decision = decide(run, _looked_at(run, first, frames), given, mask, notes)
-    camera, mirrored, places = _camera(run, calibrated, entry, decision, name, found, notes)
+    size = (shape[0], shape[1])
+    if found is None:
+        placed = _placed_by_entry(run, calibrated, size, notes)
+    elif name in found:
+        placed = _placed_by_registration(run, given, size, (name, found[name]), notes)
+    else:
+        raise InputError(f'{path.name}: "cameras_from": ' + unknown_name("camera", name, found))
+    if placed.mirrored:
+        notes.say("columns reversed: K and mask belong to the view from the source")
+    places = None
+    if calibrated.distortion:
+        places = undistortion(size, placed.stored_intrinsics, calibrated.distortion)
     if given.calibration is None and given.distortion_corrected is None and is_round(decision.mask):
         notes.warn(
             "its field is round, as an image intensifier's: unless its distortion was corrected, bones may be several "
             'millimetres off, farther than their intervals say; if it was corrected, add "distortion_corrected": true.'
         )
-    images = CameraImages(run, given, decision, places, mirrored, path.name)
-    view = TrackView(name, camera, images, first)
+    images = CameraImages(run, given, decision, places, placed.mirrored, path.name)
+    view = TrackView(name, placed.camera, images, first)
     rate = _stated_rate(run.tags())
     return ReadCamera(view, tuple(notes.provenance), (*run.warnings, *notes.warnings), rate)
 
@@ -117,39 +128,32 @@ def _looked_at(run: ImageRun, first: int, frames: range | None) -> list[int]:
     return spread(range(start, stop)) if start < stop else spread(range(first, run.count))
 
 
-def _camera(
-    run: ImageRun,
-    calibrated: Calibrated,
-    entry: Mapping[str, Any],
-    decision: Decision,
-    name: str,
-    found: Mapping[str, Camera] | None,
-    notes: Notes,
-) -> tuple[Camera, bool, np.ndarray | None]:
-    """The camera of the undistorted view from the source, whether files show its mirror image, and the undistortion."""
-    given, shape = calibrated.fields, (decision.mask.shape[0], decision.mask.shape[1])
-    if found is not None:
-        camera, mirrored = _found(run, given, shape, name, found, notes)
-        stored = _mirrored(camera.intrinsics, shape[1]) if mirrored else camera.intrinsics
-    else:
-        mirrored = bool(given.mirrored)
-        if (
-            mirrored
-            and given.calibration is not None
-            and given.extrinsic is None
-            and not calibrated.source_side
-        ):
-            raise InputError(
-                f"{notes.where}: the files show the detector's side, but a calibration's pose needs the source's: turn "
-                'the images round and leave "mirrored" out.'
-            )
-        stored = detector_of(run.tags(), given, shape, notes).intrinsics
-        intrinsics = _mirrored(stored, shape[1]) if mirrored else stored
-        camera = Camera(intrinsics, _extrinsic(given, notes), *shape)
-    if mirrored:
-        notes.say("columns reversed: K and mask belong to the view from the source")
-    places = undistortion(shape, stored, calibrated.distortion) if calibrated.distortion else None
-    return camera, mirrored, places
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """A camera of the undistorted view from the source, and whether the files show its mirror image."""
+
+    camera: Camera
+    mirrored: bool
+
+    @property
+    def stored_intrinsics(self) -> np.ndarray:
+        """K (3, 3) of the images as the files have them."""
+        return _mirrored(self.camera) if self.mirrored else self.camera.intrinsics
+
+
+def _placed_by_entry(run: ImageRun, calibrated: Calibrated, shape: tuple[int, int], notes: Notes) -> _Placed:
+    """The camera as its own fields, its calibration and DICOM have it; raises InputError."""
+    given = calibrated.fields
+    mirrored = bool(given.mirrored)
+    of_calibration = given.calibration is not None and given.extrinsic is None
+    if mirrored and of_calibration and not calibrated.source_side:
+        raise InputError(
+            f"{notes.where}: the files show the detector's side, but a calibration's pose needs the source's: turn "
+            'the images round and leave "mirrored" out.'
+        )
+    intrinsics = detector_of(run.tags(), given, shape, notes).intrinsics
+    camera = Camera(intrinsics, _extrinsic(given, notes), *shape)
+    return _Placed(replace(camera, intrinsics=_mirrored(camera)) if mirrored else camera, mirrored)
 
 
 def _extrinsic(given: XrayFields, notes: Notes) -> np.ndarray:
@@ -167,42 +171,36 @@ def _extrinsic(given: XrayFields, notes: Notes) -> np.ndarray:
     return pose
 
 
-def _found(
-    run: ImageRun,
-    given: XrayFields,
-    shape: tuple[int, int],
-    name: str,
-    found: Mapping[str, Camera],
-    notes: Notes,
-) -> tuple[Camera, bool]:
-    """The registration's camera of this name, and whether files show its mirror image, as the registration had it."""
-    if name not in found:
-        raise InputError(f'{notes.where}: "cameras_from": ' + unknown_name("camera", name, found))
+def _placed_by_registration(
+    run: ImageRun, given: XrayFields, shape: tuple[int, int], named: tuple[str, Camera], notes: Notes
+) -> _Placed:
+    """A registration's camera, with its name, and its images mirrored as the registration had them.
+
+    Raises InputError where the entry or the images do not go with it.
+    """
+    name, camera = named
     if given.extrinsic is not None:
         raise InputError(
             f'{notes.where}: "extrinsic" and "cameras_from" both say where the camera stands; leave one of them out.'
         )
-    camera = found[name]
     if (camera.height, camera.width) != shape:
         raise InputError(
             f'{notes.where}: the camera "{name}" of "cameras_from" took {camera.width} x {camera.height} pixels, but '
             f"these images have {shape[1]} x {shape[0]}; give images of the same detector, in full."
         )
     notes.say('camera from "cameras_from"')
-    if given.mirrored is not None:
-        return camera, given.mirrored
     tags = run.tags()
-    if tags is None:
-        return camera, False
+    if given.mirrored is not None or tags is None:
+        return _Placed(camera, bool(given.mirrored))
     unsaid = Notes(notes.where, notes.entry)
     distance = detector_of(tags, given, shape, unsaid).source_to_detector_mm
     pose = pose_of(tags, given, distance, None, unsaid)
-    return camera, bool(pose is not None and pose.mirrored)
+    return _Placed(camera, pose is not None and pose.mirrored)
 
 
-def _mirrored(intrinsics: np.ndarray, width: int) -> np.ndarray:
-    """K (3, 3) of the image with its columns in reverse order."""
-    other = intrinsics.copy()
-    other[0, 2] = width - 1 - intrinsics[0, 2]
+def _mirrored(camera: Camera) -> np.ndarray:
+    """K (3, 3) of a camera's image with its columns in reverse order."""
+    other = camera.intrinsics.copy()
+    other[0, 2] = camera.width - 1 - other[0, 2]
     other[0, 1] *= -1
     return other

@@ -23,7 +23,7 @@ BYTES_OF_SURFACES = 20e6
 """Of all surfaces of one frame, at most about."""
 
 
-def write_surfaces(track: Track, sequence: Sequence, frames: Many[int], folder: Path) -> None:
+def write_surfaces(track: Track, sequence: Sequence, folder: Path, frames: Many[int]) -> None:
     """Write every bone's surface where it is in chosen frames: STL, mm, in the rig's world.
 
     Raises
@@ -59,7 +59,7 @@ def write_stl(path: Path, points: np.ndarray, triangles: np.ndarray) -> None:
     path.write_bytes(header + np.uint32(len(triangles)).astype("<u4").tobytes() + facets.tobytes())
 
 
-def write_warped(track: Track, sequence: Sequence, frames: Many[int], folder: Path) -> None:
+def write_warped(track: Track, sequence: Sequence, folder: Path, frames: Many[int]) -> None:
     """Write the CT and its structures in the posture of chosen frames, with the reference where the CT has it.
 
     Bones move rigidly, soft tissue between them follows smoothly, on the CT's own grid.

@@ -152,7 +152,8 @@ def _views(
     where: str,
 ) -> tuple[tuple[TrackView, ...], list[str]]:
     """All cameras, and warnings about them; raises InputError."""
-    frames = None if options.last is None else range(options.first, options.last + 1)
+    last = schema.MAX_FRAME if options.last is None else options.last
+    frames = range(options.first, last + 1)
     views: list[TrackView] = []
     warnings: list[str] = []
     for number, entry in enumerate(entries):

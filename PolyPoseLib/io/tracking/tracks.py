@@ -6,6 +6,7 @@ import json
 import logging
 from collections.abc import Callable
 from collections.abc import Sequence as Many
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -87,13 +88,9 @@ def save_track(
         )
         if sequence is not None:
             _write_for_autoscoper(track, sequence, temporary)
-            for writer in (
-                lambda *known: (
-                    write_surfaces(known[0], known[1], surfaces_of, known[2]) if surfaces_of else None
-                ),
-                lambda *known: write_warped(known[0], known[1], warped, known[2]) if warped else None,
-                *MORE_FILES,
-            ):
+            writers: list[Writer] = [partial(write_surfaces, frames=surfaces_of)] if surfaces_of else []
+            writers += [partial(write_warped, frames=warped)] if warped else []
+            for writer in (*writers, *MORE_FILES):
                 _left_out_if_it_fails(writer, track, sequence, temporary)
         _write_fields(track, temporary)
     return folder.folder

@@ -77,6 +77,22 @@ def test_options_of_the_caller_win(path):
     refused(path, "first <= last", options={"last": 0})
 
 
+def test_the_scale_is_decided_on_tracked_frames_alone(path):
+    """What comes before the first frame and after the last changes nothing in between."""
+    whole = load_sequence(path, options={"first": 1, "last": 4}).views[0].images.read(2)[0]
+    for number in (7, 12):  # the names of the first and the last image
+        bright = np.full(SHAPE, 65535, np.uint16)
+        bright[::7] = 0
+        sitk.WriteImage(sitk.GetImageFromArray(bright), str(path.parent / f"cam0/im{number}.png"))
+    assert np.array_equal(
+        load_sequence(path, options={"first": 1, "last": 4}).views[0].images.read(2)[0], whole
+    )
+    assert not np.array_equal(load_sequence(path).views[0].images.read(2)[0], whole)
+    late = load_sequence(path, options={"first": 1}).views[0].images.read(2)[0]
+    (path.parent / "cam0/im12.png").write_bytes((path.parent / "cam0/im11.png").read_bytes())
+    assert not np.array_equal(load_sequence(path, options={"first": 1}).views[0].images.read(2)[0], late)
+
+
 def test_cameras_may_begin_at_different_images(path):
     change_camera(path, 0, first=2)
     sequence = load_sequence(path)
