@@ -133,9 +133,9 @@ CONVENTION_TABLE: dict[str, Convention] = {
     "generic": Convention(
         "zxy",
         (
-            Quantity("about_z", "about the proximal bone's z, by the right-hand rule, mirrored on the left side"),
-            Quantity("about_x", "about the floating axis, the distal bone's x after the first rotation"),
-            Quantity("about_y", "about the distal bone's y"),
+            Quantity("about_z", "x toward y; about the proximal bone's z"),
+            Quantity("about_x", "y toward z; about the floating axis"),
+            Quantity("about_y", "z toward x; about the distal bone's y"),
         ),
         (1.0, 1.0, 1.0),
         (
