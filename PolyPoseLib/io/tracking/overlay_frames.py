@@ -13,7 +13,7 @@ from PolyPoseLib.data.tracking.sequence import Sequence, TrackView
 from PolyPoseLib.data.tracking.track import Track, TrackedFrame
 from PolyPoseLib.errors import InputError, one_line
 from PolyPoseLib.geometry.camera import Camera, review_camera
-from PolyPoseLib.io.report.figure import drawn_texts, take_literally
+from PolyPoseLib.io.report.figure import take_literally
 from PolyPoseLib.io.report.figure_parts import AFTER_COLOUR, ANCHOR_COLOUR, FLAGGED_COLOUR
 from PolyPoseLib.io.report.pictures import GreyScale, shrunk
 from PolyPoseLib.io.report.views import BoneOutline, ReportView, name_places
@@ -35,23 +35,22 @@ STRIP = 34
 MOST_NAMES = 12
 """Of bones; more would hide the X-rays."""
 
-KEY = "Blue: bones as found. Yellow: the reference. Pink, dashed: flagged as uncertain."
+KEY = "Blue: bones as found. Yellow: {reference}, the reference. Pink, dashed: flagged as uncertain."
 
 _COLOURS = {"anchor": ANCHOR_COLOUR, "moving": AFTER_COLOUR, "flagged": FLAGGED_COLOUR}
 _GAP = 6
-_LETTERS = 13
+_LETTERS = 12
 _LONGEST = 40
 _DPI = 100
 
 
 @dataclass(frozen=True, eq=False)
 class _Cell:
-    """A view with its camera, binned to what is shown, and its place in the picture: left edge and width in pixels."""
+    """A view with its camera, binned to what is shown, and its axes in the figure."""
 
     view: TrackView
     camera: Camera
-    left: int
-    width: int
+    place: Axes
 
 
 class OverlayFrames:
@@ -91,17 +90,27 @@ class OverlayFrames:
         self._track = track
         labels = sequence.ct.with_voxels(sequence.structures.labels)
         self._silhouettes = Silhouettes(labels, len(track.names), select_backend())
+        self._key = KEY.format(reference=_short(track.reference))
         self._scales: dict[str, GreyScale] = {}
         self._rows = _shown_height(sequence.views)
-        self._cells = _cells(sequence.views, self._rows, track)
+        widths = [
+            max(round(self._rows * view.camera.width / view.camera.height), 2) for view in sequence.views
+        ]
         self.height = self._rows + 2 * STRIP
-        self.width = _even(self._cells[-1].left + self._cells[-1].width)
+        self.width = _even(sum(widths) + _GAP * (len(widths) - 1))
         self._figure = Figure(figsize=(self.width / _DPI, self.height / _DPI), dpi=_DPI, facecolor="#000000")
         self._canvas = FigureCanvasAgg(self._figure)
+        left = 0
+        self._cells = []
+        for view, width in zip(sequence.views, widths, strict=True):
+            camera, _ = review_camera(track.cameras[view.name], max(self._rows, width))
+            self._cells.append(_Cell(view, camera, self._axes(left, width, camera)))
+            left += width + _GAP
 
     def picture(self, frame: TrackedFrame) -> np.ndarray:
         """One frame as (height, width, 3) uint8; raises InputError where an X-ray cannot be read."""
-        self._figure.clear()
+        for text in [*self._figure.texts]:
+            text.remove()
         for cell in self._cells:
             self._draw_view(cell, frame)
         seconds = frame.frame / self._track.frames_per_second
@@ -109,28 +118,28 @@ class OverlayFrames:
         self._write(12, STRIP / 2, f"frame {frame.frame}   {seconds:.3f} s{smoothed}", 15, "#ffffff")
         if self._track.distrust:
             self._write(self.width - 12, STRIP / 2, "NOT TO BE TRUSTED", 15, "#ff6b5e", right=True)
-        self._write(12, self.height - STRIP / 2, KEY, 12, "#c5ccd3")
-        for text in drawn_texts(self._figure):
-            take_literally(text)
+        self._write(12, self.height - STRIP / 2, self._key, 12, "#c5ccd3")
         self._canvas.draw()
         return np.asarray(self._canvas.buffer_rgba())[: self.height, : self.width, :3].copy()
 
     def _draw_view(self, cell: _Cell, frame: TrackedFrame) -> None:
         """An X-ray with the outlines of all bones that are not lost."""
         image, mask = cell.view.images.read(cell.view.first + frame.frame)
+        whole = self._track.cameras[cell.view.name]
+        if image.shape != (whole.height, whole.width):
+            raise InputError(
+                f'The image of "{cell.view.name}" in frame {frame.frame} has {image.shape} pixels but its camera '
+                f"{(whole.height, whole.width)}: give the images that were tracked."
+            )
         rows, columns = cell.camera.height, cell.camera.width
         small, inside = shrunk(image, max(rows, columns))[0], shrunk(mask, max(rows, columns))[0] > 0.5
         if cell.view.name not in self._scales:
             self._scales[cell.view.name] = GreyScale.of(small, inside)
-        bottom = STRIP / self.height
-        place = self._figure.add_axes(
-            (cell.left / self.width, bottom, cell.width / self.width, self._rows / self.height)
-        )
-        place.set_axis_off()
+        place = cell.place
+        for artist in [*place.images, *place.collections, *place.texts]:
+            artist.remove()
         grey = self._scales[cell.view.name](small)
         place.imshow(grey, cmap="gray", vmin=0, vmax=255, interpolation="bilinear", aspect="auto")
-        place.set_xlim(-0.5, columns - 0.5)
-        place.set_ylim(rows - 0.5, -0.5)
         outlines = self._outlines(cell.camera, frame)
         for bone in outlines:
             _draw_outline(place, bone)
@@ -154,10 +163,24 @@ class OverlayFrames:
         self, column: float, row: float, text: str, size: float, colour: str, right: bool = False
     ) -> None:
         """Write in pixels of the whole picture."""
-        self._figure.text(
-            column / self.width, 1 - row / self.height, text, fontsize=size * 72 / _DPI, color=colour,
-            va="center", ha="right" if right else "left",
+        take_literally(
+            self._figure.text(
+                column / self.width, 1 - row / self.height, text, fontsize=size * 72 / _DPI, color=colour,
+                va="center", ha="right" if right else "left",
+            )
         )  # fmt: skip
+
+    def _axes(self, left: int, width: int, camera: Camera) -> Axes:
+        """Axes in pixels of a binned camera, between both strips."""
+        bottom = STRIP / self.height
+        place = self._figure.add_axes(
+            (left / self.width, bottom, width / self.width, self._rows / self.height)
+        )
+        place.set_axis_off()
+        place.set_autoscale_on(False)
+        place.set_xlim(-0.5, camera.width - 0.5)
+        place.set_ylim(camera.height - 0.5, -0.5)
+        return place
 
 
 def _shown_height(views: Many[TrackView]) -> int:
@@ -165,17 +188,6 @@ def _shown_height(views: Many[TrackView]) -> int:
     height = min(max(LEAST_HEIGHT, *(each.camera.height for each in views)), TALLEST)
     width = sum(height * each.camera.width / each.camera.height for each in views)
     return _even(min(height, height * WIDEST / width))
-
-
-def _cells(views: Many[TrackView], rows: int, track: Track) -> list[_Cell]:
-    cells, left = [], 0
-    for view in views:
-        camera = track.cameras[view.name]
-        width = max(round(rows * camera.width / camera.height), 2)
-        binned, _ = review_camera(camera, max(rows, width))
-        cells.append(_Cell(view, binned, left, width))
-        left += width + _GAP
-    return cells
 
 
 def _even(pixels: float) -> int:
@@ -204,11 +216,12 @@ def _draw_text(place: Axes, x: float, y: float, text: str, colour: str, corner: 
     """Write with a dark edge; corner: x and y are shares of the X-ray, of the text's upper left corner."""
     from matplotlib.patheffects import withStroke
 
-    place.text(
+    written = place.text(
         x, y, text, fontsize=_LETTERS * 72 / _DPI, color=colour, ha="left" if corner else "center",
         va="top" if corner else "baseline", transform=place.transAxes if corner else place.transData, clip_on=True,
         path_effects=[withStroke(linewidth=2, foreground="#000000")],
     )  # fmt: skip
+    take_literally(written)
 
 
 def _short(text: str) -> str:

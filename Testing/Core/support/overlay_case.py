@@ -14,7 +14,7 @@ SWING_DEG = 25.0
 
 
 def true_poses(count):
-    """(F, 3, 4, 4) fixed to moving: the femur swings about its head, the pelvis shifts a little, the vertebra stands."""
+    """(F, 3, 4, 4) fixed to moving: the femur swings about its head, the pelvis shifts, the vertebra stands."""
     poses = np.tile(np.eye(4), (count, 3, 1, 1))
     for n in range(count):
         angle = np.radians(SWING_DEG) * np.sin(2 * np.pi * n / max(count, 2))
