@@ -12,7 +12,7 @@ import numpy as np
 
 from PolyPoseLib.data.tracking.joint_motion import SOURCES_OF_AXES, BoneAxes, HelicalAxes, JointMotion
 from PolyPoseLib.data.tracking.track import Track
-from PolyPoseLib.errors import InputError, one_line
+from PolyPoseLib.errors import one_line
 from PolyPoseLib.io.json_records import json_text
 
 TABLE, RECORD = "joints.csv", "joints.json"
@@ -22,7 +22,7 @@ VERSION = 1
 _DECIMALS = 6
 
 
-def write_joint_tables(track: Track, motions: Sequence[JointMotion], folder: Path) -> None:
+def write_joint_tables(track: Track, motions: Sequence[JointMotion], folder: Path) -> list[str]:
     """Write joints.csv and joints.json.
 
     Parameters
@@ -30,18 +30,18 @@ def write_joint_tables(track: Track, motions: Sequence[JointMotion], folder: Pat
     track : Track
         From which the motions come.
     motions : sequence of JointMotion
-        At least one, of the same frames.
+        Of the same frames.
     folder : Path
         There.
 
-    Raises
-    ------
-    InputError
-        No motion.
+    Returns
+    -------
+    list of str
+        Names of the files; none where there is no motion, as of a single structure.
 
     """
     if not motions:
-        raise InputError('There is no joint to report: two structures or more are needed, or "joints".')
+        return []
     columns = [column for motion in motions for column in _columns(motion)]
     with (folder / TABLE).open("w", encoding="utf-8", newline="") as stream:
         table = csv.writer(stream, lineterminator="\n")
@@ -49,6 +49,7 @@ def write_joint_tables(track: Track, motions: Sequence[JointMotion], folder: Pat
         for row, (frame, seconds) in enumerate(zip(motions[0].frames, motions[0].seconds, strict=True)):
             table.writerow([int(frame), _decimal(seconds), *(values[row] for _, values in columns)])
     (folder / RECORD).write_text(json_text(_record(track, motions)), encoding="utf-8")
+    return [TABLE, RECORD]
 
 
 def _columns(motion: JointMotion) -> Iterator[tuple[str, list[str]]]:
