@@ -257,7 +257,7 @@ def landmark_axes(directions: Directions, side: str, bone: str) -> BoneAxes:
     length, size = float(np.linalg.norm(along)), float(np.linalg.norm(toward))
     exact = along / max(length, 1e-300)
     flat = toward - (toward @ exact) * exact
-    if length < 1e-6 or size < 1e-6 or np.linalg.norm(flat) < LEAST_SINE * size:
+    if not (length > 1e-6 and size > 1e-6 and np.linalg.norm(flat) >= LEAST_SINE * size):  # NaN fails, too
         raise InputError(
             f'The landmarks of "{bone}" coincide or lie on a line, so that they name no axes: check their coordinates.'
         )

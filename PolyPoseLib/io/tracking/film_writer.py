@@ -19,7 +19,7 @@ ENDING = ".mp4"
 """Of a film's name."""
 
 _ENCODERS = (
-    ("libx264", {"crf": "20", "preset": "veryfast", "rc-lookahead": "10"}),
+    ("libx264", {"crf": "23", "preset": "veryfast", "rc-lookahead": "10"}),
     ("mpeg4", {"qscale": "3"}),
 )
 """H.264, which every browser and player shows, or else MPEG-4 part 2: builds without H.264 have that one."""

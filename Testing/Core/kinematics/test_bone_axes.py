@@ -226,6 +226,10 @@ def test_missing_landmarks_are_told_and_inertia_stands_in():
             named({"origin": (1, 2, 3), "y_axis": (1, 2, 9), "x_side": (1, 2, 40)}, {}),
             "coincide or lie on a line",
         ),
+        (
+            named({"origin": (1, 2, 3), "y_axis": (1, np.nan, 9), "x_side": (1, 8, 4)}, {}),
+            "coincide or lie on a line",
+        ),
     ],
 )
 def test_wrong_landmarks_are_refused(landmarks, sentence):
