@@ -115,7 +115,10 @@ class OverlayFrames:
             self._draw_view(cell, frame)
         seconds = frame.frame / self._track.frames_per_second
         smoothed = "   smoothed over time" if self._track.smoothed else ""
-        self._write(12, STRIP / 2, f"frame {frame.frame}   {seconds:.3f} s{smoothed}", 15, "#ffffff")
+        lost = _short(", ".join(name for name in self._track.names if self._is_lost(frame, name)))
+        missing = f"   lost: {lost}" if lost else ""
+        line = f"frame {frame.frame}   {seconds:.3f} s{smoothed}{missing}"
+        self._write(12, STRIP / 2, line, 15, "#ffffff")
         if self._track.distrust:
             self._write(self.width - 12, STRIP / 2, "NOT TO BE TRUSTED", 15, "#ff6b5e", right=True)
         self._write(12, self.height - STRIP / 2, self._key, 12, "#c5ccd3")
@@ -152,12 +155,17 @@ class OverlayFrames:
     def _outlines(self, camera: Camera, frame: TrackedFrame) -> list[BoneOutline]:
         found = []
         for k, name in enumerate(self._track.names):
-            if frame.sources[k] == "none" or not np.isfinite(frame.poses[k]).all():
+            if self._is_lost(frame, name):
                 continue
             kind = "flagged" if frame.doubts[k] else "anchor" if name == self._track.reference else "moving"
             polygons = self._silhouettes.outlines(k, camera, frame.poses[k])
             found.append(BoneOutline(_short(name), kind, [], polygons))
         return found
+
+    def _is_lost(self, frame: TrackedFrame, name: str) -> bool:
+        """Whether a structure has no pose in a frame."""
+        k = self._track.names.index(name)
+        return frame.sources[k] == "none" or not np.isfinite(frame.poses[k]).all()
 
     def _write(
         self, column: float, row: float, text: str, size: float, colour: str, right: bool = False

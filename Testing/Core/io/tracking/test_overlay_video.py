@@ -96,6 +96,8 @@ def test_lost_bones_are_not_drawn_and_no_frame_leaves_a_trace_in_the_next(withou
     lost = frames.picture(track.frames[0])
     assert not coloured(lost, "moving").any() and coloured(lost, "anchor").any()
     full = frames.picture(track.frames[1])
+    ends = [np.flatnonzero(picture[:STRIP].max(axis=(0, 2)) > 150).max() for picture in (lost, full)]
+    assert ends[0] > ends[1] + 100  # the strip names them
     assert coloured(full, "moving").any()
     np.testing.assert_array_equal(frames.picture(track.frames[0]), lost)
 
