@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from PolyPoseLib.data.structures import Structures
+from PolyPoseLib.data.tracking.joints import Joint
 from PolyPoseLib.data.tracking.track_options import TrackOptions
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
@@ -74,11 +75,14 @@ class Sequence:
     still : tuple of str
         Structures that do not move during the sequence.
     landmarks : mapping of str to (3,) array
-        Points of the CT, LPS mm, that name the axes of joint coordinate systems.
+        Points of the CT, LPS mm, that name the axes of joint coordinate systems, each under the name of its structure
+        and its own: "femur_left.medial_epicondyle".
     options : TrackOptions
         How to track.
     warnings : tuple of str
         What was odd but not wrong.
+    joints : tuple of Joint
+        Whose motion is reported; without any, that of every structure relative to the reference.
 
     Raises
     ------
@@ -97,6 +101,7 @@ class Sequence:
     landmarks: Mapping[str, np.ndarray] = field(default_factory=dict)
     options: TrackOptions = field(default_factory=TrackOptions)
     warnings: tuple[str, ...] = ()
+    joints: tuple[Joint, ...] = ()
 
     def __post_init__(self) -> None:
         """Check that the parts fit together; raises InputError."""
@@ -111,6 +116,7 @@ class Sequence:
             raise InputError('"frames_per_second" must be a number above 0.')
         for name in (self.reference, *self.still):
             self.structures.index(name)
+        self._check_joints()
         poses = {}
         for name, pose in self.initial_poses.items():
             self.structures.index(name)
@@ -122,6 +128,14 @@ class Sequence:
                 f'The camera "{short.name}" has {short.images.count} images, none of them in the range of frames: '
                 "check its offset, and the first and the last frame."
             )
+
+    def _check_joints(self) -> None:
+        """Raise InputError where a joint's bone is no structure, or two joints have one name."""
+        for number, joint in enumerate(self.joints):
+            self.structures.index(joint.proximal)
+            self.structures.index(joint.distal)
+            if joint.name in [other.name for other in self.joints[:number]]:
+                raise InputError(f'Two joints have the name "{joint.name}": give each its own.')
 
     @property
     def available(self) -> int:

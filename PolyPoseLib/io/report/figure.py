@@ -66,7 +66,7 @@ def draw_figure(summary: Summary) -> Figure:
     layout.text(CAUTION, 9, MUTED)
     layout.end()
     for text in drawn_texts(layout.figure):
-        _take_literally(text)
+        take_literally(text)
     return layout.figure
 
 
@@ -80,7 +80,7 @@ def drawn_texts(figure: Figure) -> Iterator[Text]:
         yield from (cell.get_text() for cell in table.get_celld().values())
 
 
-def _take_literally(text: Text) -> None:
+def take_literally(text: Text) -> None:
     """Show a text as it is: names are the user's, and "$" in one begins no formula.
 
     Half of a surrogate pair, which no font has, is shown as "?".
@@ -107,7 +107,7 @@ class _Layout:
                 _LEFT / self._width, 1 - self.top / self._height, line, fontsize=size, color=colour, weight=weight,
                 va="top",
             )  # fmt: skip
-            _take_literally(drawn)
+            take_literally(drawn)
             width = drawn.get_window_extent().width / self.figure.dpi
             drawn.set_fontsize(
                 size * min(1.0, (_RIGHT - _LEFT) / max(width, 1e-6))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
@@ -25,11 +27,38 @@ def grey(image: np.ndarray, mask: np.ndarray | None = None) -> np.ndarray:
 
     mask: (H, W) bool, by which the window is chosen.
     """
-    image = image - 0.75 * gaussian_filter(image, max(image.shape) / 12)
-    kept = image[mask] if mask is not None and mask.any() else image
-    low, high = np.percentile(kept, (1, 99.8))
-    share = np.clip((image - low) / max(high - low, 1e-6), 0, 1)
-    return (255 * share ** _gamma(share if mask is None else share[mask])).astype(np.uint8)
+    return GreyScale.of(image, mask)(image)
+
+
+@dataclass(frozen=True)
+class GreyScale:
+    """The window by which one image is shown in grey, and others of the same kind without flicker.
+
+    low, high: values, once slow variation is taken away, that become black and white; gamma: exponent between them.
+    """
+
+    low: float
+    high: float
+    gamma: float
+
+    @classmethod
+    def of(cls, image: np.ndarray, mask: np.ndarray | None = None) -> GreyScale:
+        """Choose it by an image (H, W) where a mask (H, W) bool holds."""
+        flat = _without_slow_variation(image)
+        kept = flat[mask] if mask is not None and mask.any() else flat
+        low, high = np.percentile(kept, (1, 99.8))
+        share = np.clip((flat - low) / max(high - low, 1e-6), 0, 1)
+        return cls(float(low), float(high), _gamma(share if mask is None else share[mask]))
+
+    def __call__(self, image: np.ndarray) -> np.ndarray:
+        """Show an image (H, W) as uint8."""
+        flat = _without_slow_variation(image)
+        share = np.clip((flat - self.low) / max(self.high - self.low, 1e-6), 0, 1)
+        return (255 * share**self.gamma).astype(np.uint8)
+
+
+def _without_slow_variation(image: np.ndarray) -> np.ndarray:
+    return image - 0.75 * gaussian_filter(image, max(image.shape) / 12)
 
 
 def _gamma(shares: np.ndarray) -> float:

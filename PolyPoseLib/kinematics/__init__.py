@@ -1,0 +1,1 @@
+"""The motion of bones relative to each other, in joint coordinate systems."""
