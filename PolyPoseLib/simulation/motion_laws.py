@@ -19,6 +19,7 @@ from PolyPoseLib.simulation.motions_in_time import (
     Course,
     Joint,
     JointedMotion,
+    Motion,
     scaled_posture,
     there_and_back,
 )
