@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.simulation.xray_physics import XrayPhysics, measure
+from PolyPoseLib.simulation.moving_degradations import Screws, Surroundings, bare
+from PolyPoseLib.simulation.xray_physics import XrayPhysics
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.tracking.sequence import FrameImages
@@ -36,6 +37,10 @@ class Studio:
         How frames are made.
     seed : int
         Of the noise.
+    surroundings : tuple of Surroundings
+        What stands before each camera besides the patient; none of them when empty.
+    screws : Screws, optional
+        Metal that moves with a bone.
 
     """
 
@@ -44,20 +49,30 @@ class Studio:
     cameras: tuple[Camera, ...]
     options: SequenceOptions
     seed: int
+    surroundings: tuple[Surroundings, ...] = ()
+    screws: Screws | None = None
     _last: tuple[float, Volume] | None = field(default=None, init=False, repr=False)
 
-    def clean(self, view: int, seconds: float) -> np.ndarray:
-        """Line integrals (H, W) of the patient at a time, averaged over the exposure."""
+    def clean(self, view: int, seconds: float) -> tuple[np.ndarray, np.ndarray]:
+        """Line integrals (H, W) at a time, averaged over the exposure: of the patient, and of the patient with screws."""
         camera, options = self.cameras[view], self.options
         middle = self.poses(np.array([seconds]))[0]
         soft = self.scene.project_soft(self._soft(seconds, middle), middle, camera)
         half = options.shutter / options.frames_per_second / 2
-        if half == 0 or options.exposures == 1:
-            return soft + self.scene.project_bones(middle, camera)
         marks = (np.arange(options.exposures) + 0.5) / options.exposures * 2 - 1
-        lines = [self.scene.project_bones(each, camera) for each in self.poses(seconds + half * marks)]
-        # A detector averages intensities, not line integrals.
-        return soft - np.log(np.mean([np.exp(-line) for line in lines], axis=0))
+        postures = self.poses(seconds + half * marks) if half > 0 else middle[None]
+        bones = [self.scene.project_bones(each, camera) for each in postures]
+        body = soft + _averaged(bones)
+        if self.screws is None:
+            return body, body
+        metal = [self.screws.line(each, camera) for each in postures]
+        return body, soft + _averaged([bone + each for bone, each in zip(bones, metal, strict=True)])
+
+    def measured(self, view: int, seconds: float, rng: np.random.Generator) -> np.ndarray:
+        """Line integrals (H, W) float32 as the detector reports them."""
+        body, line = self.clean(view, seconds)
+        measure_by = self.surroundings[view].measured if self.surroundings else bare
+        return measure_by(body, line, self.cameras[view], self.options.physics, rng)
 
     def poses(self, seconds: np.ndarray) -> np.ndarray:
         """(F, K, 4, 4) the rig's world to the CT's at seconds (F,)."""
@@ -103,9 +118,7 @@ class SimulatedFrames:
         if index in options.blank.get(self.view, ()):
             image = _dark((camera.height, camera.width), options.physics, rng)
         else:
-            image = measure(
-                self.studio.clean(self.view, options.seconds(self.view, index)), options.physics, rng
-            )
+            image = self.studio.measured(self.view, options.seconds(self.view, index), rng)
         return image, np.ones(image.shape, dtype=bool)
 
 
@@ -126,6 +139,13 @@ class KeptFrames:
         if index not in self._kept:
             self._kept[index] = self.images.read(index)
         return self._kept[index]
+
+
+def _averaged(lines: list[np.ndarray]) -> np.ndarray:
+    """Line integrals (H, W) of an exposure that several were parts of: a detector adds up intensities."""
+    if len(lines) == 1:
+        return lines[0]
+    return -np.log(np.mean([np.exp(-line) for line in lines], axis=0))
 
 
 def _dark(shape: tuple[int, int], physics: XrayPhysics, rng: np.random.Generator) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.geometry.rigid import require_rigid
 from PolyPoseLib.simulation.motion_laws import MOTIONS
+from PolyPoseLib.simulation.moving_degradations import require_moving_degradations
 from PolyPoseLib.simulation.simulation_limits import require_in_range
 from PolyPoseLib.simulation.xray_physics import XrayPhysics
 
@@ -106,6 +107,7 @@ class SequenceOptions:
             raise InputError(unknown_name("motion", self.motion, MOTIONS))
         if self.period_s is not None:
             require_in_range(self.period_s, (0.01, 1e6), "The simulation's period_s")
+        require_moving_degradations(self.degradations)
         if any(first < 0 for first in self.first):
             raise InputError("The simulation's first must be numbers of images, 0 or more.")
         object.__setattr__(self, "world", require_rigid(self.world, "The simulation's world"))

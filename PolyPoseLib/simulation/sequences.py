@@ -20,7 +20,8 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.rigid import require_rigid
 from PolyPoseLib.simulation.motion_laws import TimedMotion, motion_over_time
 from PolyPoseLib.simulation.motions_in_time import GivenMotion, Joint, Motion, Waves
-from PolyPoseLib.simulation.moving_scene import MovingScene
+from PolyPoseLib.simulation.moving_degradations import SCREWS, STANDING, bone_screws, surroundings
+from PolyPoseLib.simulation.moving_scene import MovingScene, seen_from_ct
 from PolyPoseLib.simulation.named_motions import Anatomy
 from PolyPoseLib.simulation.sequence_frames import KeptFrames, SimulatedFrames, Studio
 from PolyPoseLib.simulation.sequence_options import SequenceOptions
@@ -169,6 +170,7 @@ def simulate_sequence(
         ct, structures, reference, sampled, options.soft_mm, options.node_mm, options.projector
     )
     studio = Studio(scene, motion, tuple(rig), options, seed)
+    _put_in_the_beam(studio, ct, structures, reference)
     views = tuple(
         TrackView(f"view {n + 1}", camera, SimulatedFrames(studio, n), options.first_of(n))
         for n, camera in enumerate(rig)
@@ -184,6 +186,22 @@ def simulate_sequence(
         options=options,
         seed=seed,
     )
+
+
+def _put_in_the_beam(studio: Studio, ct: Volume, structures: Structures, reference: str) -> None:
+    """Give a studio what the options' degradations name."""
+    names = studio.options.degradations
+    if SCREWS in names:
+        studio.screws = bone_screws(ct, structures, reference, studio.seed)
+    standing = [name for name in names if name in STANDING]
+    if standing:
+        pose = studio.poses(np.zeros(1))[0, structures.index(reference)]
+        views = [
+            (seen_from_ct(camera, pose), studio.clean(number, 0.0)[0])
+            for number, camera in enumerate(studio.cameras)
+        ]
+        found = surroundings(standing, (ct, structures, reference), views, studio.seed)
+        studio.surroundings = tuple(found)
 
 
 def rig_cameras(
