@@ -40,8 +40,8 @@ def score_track(track: Track, truth: TrackTruth) -> dict[str, Any]:
         A table that json can write: "structures" {name: see `_structure`}, "relative" {name: {"rotation_deg",
         "centroid_mm"} of its motion against the reference's, each {"rms", "median", "worst"}}, and "summary"
         {"frames", "rms_mm" of points, "centroid_rms_mm", "rotation_rms_deg", "worst_mm", "worst_deg",
-        "lost_and_said", "lost_in_silence", "false_alarms": counts of a structure in a frame, "coverage" of the six-dimensional
-        regions, "cpu_seconds_per_frame", "smoothed"}, all of them over all structures, and "distrust".
+        "lost_and_said", "lost_in_silence", "false_alarms": counts of a structure in a frame, "coverage" of the six-
+        dimensional regions, "cpu_seconds_per_frame", "smoothed"}, all of them over all structures, and "distrust".
 
     Raises
     ------

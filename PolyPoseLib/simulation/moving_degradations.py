@@ -1,5 +1,5 @@
-"""What lies in the beam of every frame of a sequence: leaves, letters, rails and cables that stand still before a camera,
-and screws that move with a bone.
+"""What lies in the beam of every frame of a sequence: leaves, letters, rails and cables that stand still before a
+camera, and screws that move with a bone.
 
 The stationary ones are those of :mod:`PolyPoseLib.simulation.degradations`, made once for the first frame: neither a
 collimator nor a table follows a patient.
@@ -77,7 +77,7 @@ class Surroundings:
         physics: XrayPhysics,
         rng: np.random.Generator,
     ) -> np.ndarray:
-        """What the detector reports (H, W) float32 of the patient alone and of the patient with metal, line integrals."""
+        """What the detector reports, (H, W) float32, of line integrals of the patient alone and with metal."""
         view = View(
             camera, body, line + self.added, line, stated_of(camera, SOURCE_TO_DETECTOR_MM), self.leaves
         )

@@ -54,7 +54,7 @@ class Studio:
     _last: tuple[float, Volume] | None = field(default=None, init=False, repr=False)
 
     def clean(self, view: int, seconds: float) -> tuple[np.ndarray, np.ndarray]:
-        """Line integrals (H, W) at a time, averaged over the exposure: of the patient, and of the patient with screws."""
+        """Line integrals (H, W) at a time, averaged over the exposure: of the patient alone, and with screws."""
         camera, options = self.cameras[view], self.options
         middle = self.poses(np.array([seconds]))[0]
         soft = self.scene.project_soft(self._soft(seconds, middle), middle, camera)
