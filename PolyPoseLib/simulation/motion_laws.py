@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.simulation.hinges import hinge_centre
 from PolyPoseLib.simulation.limb_motions import articulated
-from PolyPoseLib.simulation.motion import bone_kind, rigid_about
+from PolyPoseLib.simulation.motion import bone_kind, draw_motions, rigid_about
 from PolyPoseLib.simulation.motions_in_time import (
     Course,
     Joint,
@@ -23,12 +23,12 @@ from PolyPoseLib.simulation.motions_in_time import (
     scaled_posture,
     there_and_back,
 )
-from PolyPoseLib.simulation.named_motions import Anatomy, lacking, named_posture
-from PolyPoseLib.simulation.simulation_limits import AMPLITUDES, require_in_range
+from PolyPoseLib.simulation.named_motions import Anatomy, Posture, lacking, named_posture
+from PolyPoseLib.simulation.simulation_limits import AMPLITUDES, DRAWN, require_motion
 from PolyPoseLib.simulation.soft_motion import SoftMotion
 
-MOTIONS = ("flexion", "gait", "breathing", "jaw", "still")
-"""Motions over time by name; "still" does nothing by itself."""
+MOTIONS = (*AMPLITUDES, DRAWN, "still")
+"""Motions over time by name; "drawn" goes to a posture drawn at random and back, "still" does nothing by itself."""
 
 FLEXION_DEG = 60.0
 """Of flexion where no amplitude is given; of other motions the postures' (`AMPLITUDES`)."""
@@ -121,11 +121,13 @@ def motion_over_time(
     names = anatomy.structures.names
     if motion == "still":
         return TimedMotion(JointedMotion(names, {}, whole))
+    if motion == DRAWN:
+        require_motion(motion, amplitude)
+        drawn = Posture(draw_motions(anatomy.structures, anatomy.affine, anatomy.anchor, rng))
+        return TimedMotion(scaled_posture(names, drawn, there_and_back(times[0] or times[1]), whole))
     usual = FLEXION_DEG if motion == "flexion" else AMPLITUDES[motion].usual
     size = usual if amplitude is None else amplitude
-    require_in_range(
-        size, (0.0, AMPLITUDES[motion].largest), "amplitude", f"number of {AMPLITUDES[motion].unit}"
-    )
+    require_motion(motion, size)
     cycle, duration = times
     period = cycle or {"gait": GAIT_PERIOD_S, "breathing": BREATH_PERIOD_S}.get(motion, duration)
     if motion in ("flexion", "gait"):

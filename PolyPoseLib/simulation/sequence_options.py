@@ -40,7 +40,7 @@ class SequenceOptions:
     frames_per_second : float
         Of all cameras.
     motion : str
-        "flexion", "gait", "breathing", "jaw" or "still", see :mod:`PolyPoseLib.simulation.motion_laws`.
+        "flexion", "gait", "breathing", "jaw", "drawn" or "still", see :mod:`PolyPoseLib.simulation.motion_laws`.
     amplitude : float, optional
         Degrees of flexion, mm of breathing; the usual ones by default.
     period_s : float, optional

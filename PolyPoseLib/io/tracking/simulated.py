@@ -104,8 +104,8 @@ def require_writable(sequence: SimulatedSequence, image_format: str) -> None:
         pixels = view.images.count * view.camera.height * view.camera.width
         if image_format == "dicom" and pixels > MOST_PIXELS:
             raise InputError(
-                f"{view.name} has {view.images.count} images, more than {MOST_PIXELS // 10**6} million pixels, which one "
-                'DICOM file is not made of here: give fewer frames, smaller images, or the format "tiff".'
+                f"{view.name} has {view.images.count} images, more than {MOST_PIXELS // 10**6} million pixels, too "
+                'many for one DICOM file: give fewer frames, smaller images, or the format "tiff".'
             )
 
 
