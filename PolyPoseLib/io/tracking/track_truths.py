@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,9 @@ KIND = "sequence"
 
 MAX_BYTES = 1 << 30
 """A hundred thousand frames of a few bones."""
+
+_HEAD = 1000
+"""Characters of the file among which its kind stands."""
 
 _RATES = (1e-3, 1e6)
 
@@ -116,7 +120,11 @@ def load_track_truth(place: str | Path) -> TrackTruth:
 
 def is_track_truth(place: str | Path) -> bool:
     """Whether a path leads to the truth of a sequence, not to the folder of a study's truth."""
-    return track_truth_path(place).is_file() and not (Path(place) / "moving_labels.nii.gz").exists()
+    path = track_truth_path(place)
+    if not path.is_file():
+        return False
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        return re.search(rf'"of"\s*:\s*"{KIND}"', stream.read(_HEAD)) is not None
 
 
 def _structure(value: Any, place: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
