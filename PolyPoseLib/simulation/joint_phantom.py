@@ -198,10 +198,10 @@ def _landmarks(sizes: _Sizes) -> dict[str, np.ndarray]:
     points = {
         "femur_medial_epicondyle": (34.0, 8.0, 24.0),
         "femur_lateral_epicondyle": (-36.0, 8.0, 24.0),
-        "femur_proximal": (-5.8, -2.4, 130.0),
+        "femur_proximal": (-5.2, -2.1, 120.0),
         "tibia_medial": (30.0, 3.0, -4.0),
         "tibia_lateral": (-30.0, 3.0, -4.0),
-        "tibia_distal": (3.3, 8.5, -130.0),
+        "tibia_distal": (3.0, 8.3, -120.0),
         "patella_centre": np.add(_PATELLA_MM, sizes.patella),
     }
     return {name: sizes.scale * np.array(point) for name, point in points.items()}

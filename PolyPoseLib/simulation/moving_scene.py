@@ -44,6 +44,12 @@ bones its displacement is harmonic."""
 _FAR_MM = 60.0
 """Room around the CT within which distances from bones are known."""
 
+_ROUGHLY = 0.1
+"""Relative error of distances from bones, which only say whose flesh is whose."""
+
+_SPARE_MM = 8.0
+"""Of that room: flesh between bones bulges."""
+
 _POINTS = 4000
 """Of a bone or of the body that stand for all, where distances and extents are measured."""
 
@@ -122,7 +128,7 @@ class MovingScene:
         grid = FixedGrid.around(soft, 0.0, node_mm, room)
         near = FixedGrid.around(soft, _FAR_MM, node_mm)
         nodes = _node_points(near)
-        distances = np.stack([tree.query(nodes)[0].reshape(near.node_shape) for tree in trees])
+        distances = np.stack([tree.query(nodes, eps=_ROUGHLY)[0].reshape(near.node_shape) for tree in trees])
         return cls(structures.names, number, bones, soft, grid, distances.astype(np.float32), near, projector)
 
     def soft_tissue(self, poses: np.ndarray, moved: SoftMotion | None = None) -> Volume:
@@ -148,7 +154,10 @@ class MovingScene:
             index[0] += k[slab]
             index[1] += j[:, None]
             index[2] += i[None, :]
-            hu[slab] = map_coordinates(self.soft.voxels, index, order=1, cval=AIR_HU, output=np.float32)
+            # Beyond the last voxel the values fall to air's within one voxel: rounding must not lose a slice.
+            hu[slab] = map_coordinates(
+                self.soft.voxels, index, order=1, mode="grid-constant", cval=AIR_HU, output=np.float32
+            )
         return Volume(hounsfield_to_attenuation(hu), self.grid.affine)
 
     def project_bones(self, poses: np.ndarray, camera: Camera) -> np.ndarray:
@@ -255,16 +264,19 @@ def _room(soft: Volume, trees: list[KDTree], relative: np.ndarray) -> np.ndarray
     Flesh is taken to move with the bone that is nearest to it.
     """
     body = _few(np.argwhere(soft.voxels > BODY_HU))
+    spare = np.ceil(_SPARE_MM / soft.spacing[::-1])
     points = soft.to_world(body[:, ::-1])
     owner = np.argmin([tree.query(points)[0] for tree in trees], axis=0)
     room = np.zeros((2, 3), int)
     last = np.array(soft.shape) - 1
     for poses in relative:
+        if np.allclose(poses, np.eye(4)):
+            continue
         for number, pose in enumerate(poses):
             mine = points[owner == number]
             if len(mine):
-                index = soft.to_index(apply(np.linalg.inv(pose), mine))[:, ::-1]
-                low, high = np.floor(index.min(0)) - 1, np.ceil(index.max(0)) + 1 - last
+                index = soft.to_index(apply(np.linalg.inv(pose), mine)).round(6)[:, ::-1]
+                low, high = np.floor(index.min(0)) - spare, np.ceil(index.max(0)) + spare - last
                 room = np.maximum(room, np.stack([-low, high]).astype(int))
     return room
 
