@@ -114,9 +114,19 @@ def is_sequence(arguments: argparse.Namespace) -> bool:
     """Whether the arguments ask for a sequence; raises InputError for arguments of one without it."""
     if arguments.frames is not None or arguments.poses is not None:
         return True
-    if arguments.phantom is not None:
-        raise InputError("--phantom is of sequences: give --frames as well, or --sample or --ct.")
+    for name, usual in _usual_values().items():
+        if getattr(arguments, name) != usual:
+            raise InputError(
+                f"--{name.replace('_', '-')} is of sequences: give --frames as well, or leave it out."
+            )
     return False
+
+
+def _usual_values() -> dict[str, object]:
+    """{argument of sequences: its default}."""
+    parser = argparse.ArgumentParser(add_help=False)
+    add_sequence_arguments(parser)
+    return vars(parser.parse_args([]))
 
 
 def check_sequence(arguments: argparse.Namespace) -> None:

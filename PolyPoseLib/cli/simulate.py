@@ -94,12 +94,14 @@ class _ListDegradations(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from PolyPoseLib.cli._console import table
         from PolyPoseLib.simulation.degradations.registry import DEGRADATIONS
+        from PolyPoseLib.simulation.moving_degradations import NAMES
 
         rows = [
             (kind.name, ", ".join(kind.acts_on), "yes" if kind.recoverable else "no", kind.description)
             for kind in DEGRADATIONS.values()
         ]
         print(table(("name", "acts on", "recoverable", "what it is"), rows))
+        print(f"\nof sequences: {', '.join(NAMES)}")
         parser.exit()
 
 

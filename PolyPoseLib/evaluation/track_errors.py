@@ -57,7 +57,7 @@ class PoseErrors:
         back, forth = rigid_inverse(true), rigid_inverse(found)
         at = _moved(back, centroid[None])[:, 0]
         away = np.linalg.norm(_moved(forth, points) - _moved(back, points), axis=-1)
-        rays = np.array([at - camera.source for camera in cameras.values()]).reshape(-1, len(at), 3)
+        rays = np.array([at - camera.source for camera in cameras.values()]).reshape(len(cameras), len(at), 3)
         return cls(
             np.concatenate([turn, shift], axis=1),
             _moved(forth, centroid[None])[:, 0] - at,

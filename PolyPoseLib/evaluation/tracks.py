@@ -83,7 +83,7 @@ def _structure(track: Track, truth: TrackTruth, name: str) -> dict[str, Any]:
 
     """
     here, there = track.names.index(name), truth.names.index(name)
-    given = np.array([frame.sources[here] != NONE for frame in track.frames])
+    given = _has_pose(track, here)
     flagged = track.doubtful[:, here]
     found, true = track.poses[given, here], truth.poses[track.numbers[given], there]
     errors = PoseErrors.of(true, found, truth.centroids[there], truth.points[name], truth.cameras)
@@ -104,6 +104,12 @@ def _structure(track: Track, truth: TrackTruth, name: str) -> dict[str, Any]:
         "coverage": _coverage(errors, covariances),
         "beams": _beams(errors, covariances, truth),
     }
+
+
+def _has_pose(track: Track, structure: int) -> np.ndarray:
+    """(F,) frames in which a structure was found."""
+    found = [frame.sources[structure] != NONE for frame in track.frames]
+    return np.array(found) & np.isfinite(track.poses[:, structure]).all(axis=(1, 2))
 
 
 def _spreads(errors: PoseErrors, chosen: np.ndarray) -> dict[str, dict[str, float]]:
@@ -164,7 +170,9 @@ def _beams(errors: PoseErrors, covariances: np.ndarray, truth: TrackTruth) -> di
         table[name] = {
             "along_mm": _rms(errors.along_beams[view]),
             "across_mm": _rms(errors.across_beams[view]),
-            "along_coverage": _mean(np.abs(shift) <= norm.ppf((1 + LEVEL) / 2) * np.sqrt(variance)),
+            "along_coverage": _mean(
+                np.abs(shift) <= norm.ppf((1 + LEVEL) / 2) * np.sqrt(np.maximum(variance, 0))
+            ),
         }
     return table
 
@@ -179,7 +187,7 @@ def _relative_motion(track: Track, truth: TrackTruth) -> dict[str, Any]:
         if name == track.reference:
             continue
         here, there = track.names.index(name), truth.names.index(name)
-        given = np.array([NONE not in (each.sources[here], each.sources[base]) for each in track.frames])
+        given = _has_pose(track, here) & _has_pose(track, base)
         numbers = track.numbers[given]
         found = track.poses[given, here] @ rigid_inverse(track.poses[given, base])
         true = truth.poses[numbers, there] @ rigid_inverse(truth.poses[numbers, true_base])
