@@ -57,11 +57,11 @@ def read_patient(ct_path: Path, labels_path: Path, grouping: Grouping) -> Patien
     return Patient(ct, structures, anchor, segmentation.on_grid(0, ct).voxels, names, {})
 
 
-def phantom_patient(seed: int) -> Patient:
-    """The drawn knee of a seed."""
-    from PolyPoseLib.simulation.joint_phantom import joint_phantom
+def phantom_patient(seed: int, ct_reach: float | None = None) -> Patient:
+    """The drawn knee of a seed, as long as it can be where the CT is given only so far (mm)."""
+    from PolyPoseLib.simulation.joint_phantom import LONGEST_MM, REACH_MM, joint_phantom
 
-    drawn = joint_phantom(seed)
+    drawn = joint_phantom(seed, reach_mm=REACH_MM if ct_reach is None else LONGEST_MM)
     return Patient(drawn.ct, drawn.structures, drawn.structures.names[0], None, {}, drawn.landmarks)
 
 

@@ -80,6 +80,12 @@ def add_sequence_arguments(parser: argparse.ArgumentParser) -> None:
         help="of the initial poses (default: 1 1)",
     )
     group.add_argument(
+        "--ct-reach",
+        type=float,
+        metavar="MM",
+        help="give the CT only so far from the middle of its bones; they go on beyond it in the X-rays",
+    )
+    group.add_argument(
         "--shutter",
         type=float,
         default=0.0,
@@ -148,6 +154,8 @@ def check_sequence(arguments: argparse.Namespace) -> None:
     for value, limits in zip(arguments.initial_error, ((0.0, 180.0), (0.0, 1000.0)), strict=True):
         require_in_range(value, limits, "--initial-error")
     require_in_range(arguments.detector, (1.0, 10_000.0), "--detector")
+    if arguments.ct_reach is not None:
+        require_in_range(arguments.ct_reach, (1.0, 10_000.0), "--ct-reach")
     if arguments.period is not None:
         require_in_range(arguments.period, (0.01, 1e6), "--period")
     if arguments.first_angle is not None:
@@ -220,6 +228,8 @@ def write_sequence_folder(
         (patient.labels, patient.label_names),
         tuple(arguments.initial_error),
     )
+    if arguments.ct_reach is not None:
+        sequence = sequence.cut(arguments.ct_reach)
     image_format = "dicom" if arguments.format is None else arguments.format
     require_writable(sequence, image_format)
     require_space(arguments.output, bytes_of(sequence))

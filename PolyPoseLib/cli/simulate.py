@@ -245,7 +245,7 @@ def _write_sequence(inputs: tuple[Path | None, ...], arguments: argparse.Namespa
 
     with claimed_folder(arguments.output, overwrite=None) as claim:
         if arguments.phantom is not None:
-            patient = phantom_patient(arguments.phantom)
+            patient = phantom_patient(arguments.phantom, arguments.ct_reach)
         else:
             ct_path, labels_path, structures_path = inputs
             assert ct_path and labels_path and structures_path

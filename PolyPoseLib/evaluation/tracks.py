@@ -86,7 +86,8 @@ def _structure(track: Track, truth: TrackTruth, name: str) -> dict[str, Any]:
     given = _has_pose(track, here)
     flagged = track.doubtful[:, here]
     found, true = track.poses[given, here], truth.poses[track.numbers[given], there]
-    errors = PoseErrors.of(true, found, truth.centroids[there], truth.points[name], truth.cameras)
+    # The covariances are about the centroid of what was tracked, of which the truth may hold more.
+    errors = PoseErrors.of(true, found, track.centroids[here], truth.points[name], truth.cameras)
     covariances = track.covariances[given, here]
     off = np.ones(len(given), dtype=bool)
     off[given] = errors.target > LOST_MM
@@ -191,7 +192,7 @@ def _relative_motion(track: Track, truth: TrackTruth) -> dict[str, Any]:
         numbers = track.numbers[given]
         found = track.poses[given, here] @ rigid_inverse(track.poses[given, base])
         true = truth.poses[numbers, there] @ rigid_inverse(truth.poses[numbers, true_base])
-        errors = PoseErrors.of(true, found, truth.centroids[there], truth.points[name], {})
+        errors = PoseErrors.of(true, found, track.centroids[here], truth.points[name], {})
         table[name] = _spreads(errors, np.ones(len(true), dtype=bool))
     return table
 

@@ -22,8 +22,11 @@ MUSCLE_HU, FAT_HU, SKIN_HU = 55.0, -95.0, 60.0
 
 SPACING_RANGE_MM = (0.4, 6.0)
 
-_BOX_MM = np.array([[-64.0, 64.0], [-64.0, 80.0], [-130.0, 130.0]])
-"""First and last voxel's centre along x, y and z; the joint's gap is at z = 0. Both long bones go on beyond."""
+_BOX_MM = np.array([[-64.0, 64.0], [-64.0, 80.0]])
+"""First and last voxel's centre along x and y."""
+
+REACH_MM, LONGEST_MM = 130.0, 250.0
+"""From the joint's gap, at z = 0, to the CT's ends; both long bones go on beyond."""
 
 _SKIN_MM, _FAT_MM = 2.0, 7.0
 
@@ -62,7 +65,7 @@ class _Sizes:
     limb: float
 
 
-def joint_phantom(seed: int = 0, spacing_mm: float = 1.0) -> JointPhantom:
+def joint_phantom(seed: int = 0, spacing_mm: float = 1.0, reach_mm: float = REACH_MM) -> JointPhantom:
     """Draw a knee.
 
     Parameters
@@ -71,11 +74,13 @@ def joint_phantom(seed: int = 0, spacing_mm: float = 1.0) -> JointPhantom:
         Of sizes and texture; the same seed gives the same knee, bit for bit.
     spacing_mm : float
         Of the cubic voxels. At 1 mm there are five million of them.
+    reach_mm : float
+        How far the CT goes up and down from the joint.
 
     Raises
     ------
     InputError
-        A spacing out of SPACING_RANGE_MM, or a seed below 0.
+        A spacing out of SPACING_RANGE_MM, a reach that is none of 60 to LONGEST_MM, or a seed below 0.
 
     """
     if not SPACING_RANGE_MM[0] <= spacing_mm <= SPACING_RANGE_MM[1]:
@@ -83,6 +88,8 @@ def joint_phantom(seed: int = 0, spacing_mm: float = 1.0) -> JointPhantom:
         raise InputError(
             f"The phantom's spacing is {spacing_mm:g} mm: give a number from {low:g} to {high:g}."
         )
+    if not 60 <= reach_mm <= LONGEST_MM:
+        raise InputError(f"The phantom's reach is {reach_mm:g} mm: give a number from 60 to {LONGEST_MM:g}.")
     if seed < 0:
         raise InputError("The phantom's seed must be 0 or more.")
     rng = np.random.default_rng([seed, 0x6B6E6565])
@@ -93,7 +100,9 @@ def joint_phantom(seed: int = 0, spacing_mm: float = 1.0) -> JointPhantom:
         patella=rng.uniform(-1.5, 1.5, 3),
         limb=float(rng.uniform(-4.0, 4.0)),
     )
-    axes = [np.arange(low, high + spacing_mm / 2, spacing_mm) for low, high in _BOX_MM]
+    axes = [
+        np.arange(low, high + spacing_mm / 2, spacing_mm) for low, high in (*_BOX_MM, (-reach_mm, reach_mm))
+    ]
     affine = np.diag([spacing_mm, spacing_mm, spacing_mm, 1.0])
     affine[:3, 3] = [axis[0] for axis in axes]
     x, y, z = (axis.astype(np.float32) for axis in axes)
@@ -113,7 +122,7 @@ def joint_phantom(seed: int = 0, spacing_mm: float = 1.0) -> JointPhantom:
 
 def _femur(p: Points, sizes: _Sizes) -> np.ndarray:
     """Signed distance (k, j, i) in mm from the femur's surface, below 0 inside."""
-    shaft = round_cone(p, (-7.0, -3.0, 150.0), (-1.0, 0.0, 50.0), 13.0, 15.0)
+    shaft = round_cone(p, (-16.0, -7.5, 300.0), (-1.0, 0.0, 50.0), 10.0, 15.0)
     flare = round_cone(p, (-1.0, 0.0, 50.0), (0.0, 2.0, 28.0), 15.0, 23.0)
     medial = ellipsoid(p, (21.0, 9.0, 23.0), (13.5, 23.5 + sizes.medial, 21.0))
     lateral = ellipsoid(p, (-22.0, 8.0, 22.5), (14.5, 23.0, 19.5))
@@ -131,7 +140,7 @@ def _tibia(p: Points, sizes: _Sizes) -> np.ndarray:
     for x, depth in ((20.0, 1.8), (-20.0, 1.0)):
         plateau = without(plateau, ellipsoid(p, (x, 4.0, 37.5 - depth), (40.0, 40.0, 40.0)), 1.0)
     head = round_cone(p, (0.0, 4.0, -22.0), (1.0, 7.0, -62.0), 23.0, 13.5)
-    shaft = round_cone(p, (1.0, 7.0, -62.0), (4.0, 9.0, -150.0), 13.5, 11.0)
+    shaft = round_cone(p, (1.0, 7.0, -62.0), (9.0, 11.0, -300.0), 13.5, 9.0)
     tuberosity = ellipsoid(p, (-sizes.tuberosity, -17.0, -34.0), (8.0, 8.0, 14.0))
     bone = joined(joined(plateau, head, 6.0), joined(shaft, tuberosity, 5.0), 7.0)
     for x, height in ((6.0, 6.0), (-5.0, 4.5)):
@@ -198,10 +207,10 @@ def _landmarks(sizes: _Sizes) -> dict[str, np.ndarray]:
     points = {
         "femur_medial_epicondyle": (34.0, 8.0, 24.0),
         "femur_lateral_epicondyle": (-36.0, 8.0, 24.0),
-        "femur_proximal": (-5.2, -2.1, 120.0),
+        "femur_proximal": (-3.4, -1.2, 90.0),
         "tibia_medial": (30.0, 3.0, -4.0),
         "tibia_lateral": (-30.0, 3.0, -4.0),
-        "tibia_distal": (3.0, 8.3, -120.0),
+        "tibia_distal": (1.9, 7.5, -90.0),
         "patella_centre": np.add(_PATELLA_MM, sizes.patella),
     }
     return {name: sizes.scale * np.array(point) for name, point in points.items()}

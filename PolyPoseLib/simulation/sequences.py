@@ -8,14 +8,16 @@ are read, so that long sequences need no memory; the same image is the same when
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.tracking.sequence import Sequence as TrackedSequence
 from PolyPoseLib.data.tracking.sequence import TrackView
 from PolyPoseLib.data.tracking.track_options import TrackOptions
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.rigid import require_rigid
 from PolyPoseLib.simulation.motion_laws import TimedMotion, motion_over_time
@@ -28,8 +30,6 @@ from PolyPoseLib.simulation.sequence_options import SequenceOptions
 from PolyPoseLib.simulation.simulate import structures_centre, view_cameras
 
 if TYPE_CHECKING:
-    from PolyPoseLib.data.structures import Structures
-    from PolyPoseLib.data.volume import Volume
     from PolyPoseLib.geometry.camera import Camera
 
 SWAY_HERTZ = 0.7, 1.3
@@ -71,6 +71,20 @@ class SimulatedSequence:
     initial_poses: dict[str, np.ndarray]
     options: SequenceOptions
     seed: int
+
+    def cut(self, reach_mm: float) -> SimulatedSequence:
+        """The sequence whose CT is given only so far (mm) from the middle of the structures along its slices' normal.
+
+        Images stay: bones go on beyond the CT, as a patient's do. Raises InputError where a structure vanishes.
+        """
+        middle = self.ct.to_index(structures_centre(self.structures, self.ct.affine))[2]
+        reach = reach_mm / self.ct.spacing[2]
+        first = int(max(np.ceil(middle - reach), 0))
+        slices = slice(first, int(np.floor(middle + reach)) + 1)
+        affine = self.ct.affine.copy()
+        affine[:3, 3] = self.ct.to_world(np.array([0.0, 0.0, first]))
+        structures = Structures(self.structures.names, self.structures.labels[slices])
+        return replace(self, ct=Volume(self.ct.voxels[slices], affine), structures=structures)
 
     def tracked(self, options: TrackOptions | None = None, kept: bool = True, **fields) -> TrackedSequence:
         """What a tracking takes.

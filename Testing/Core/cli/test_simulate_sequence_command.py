@@ -15,7 +15,7 @@ from PolyPoseLib.io.volumes import write_volume
 @pytest.fixture
 def coarse(monkeypatch):
     """Knees of large voxels, and the projector that needs no import of many seconds."""
-    monkeypatch.setattr("PolyPoseLib.simulation.joint_phantom.joint_phantom", lambda seed: knee(seed))
+    monkeypatch.setattr("PolyPoseLib.simulation.joint_phantom.joint_phantom", lambda seed, **_: knee(seed))
     monkeypatch.setattr("PolyPoseLib.simulation.independent_projector.rtk_available", lambda: False)
 
 
@@ -96,6 +96,7 @@ def test_poses_of_a_table_are_moved_again(coarse, tmp_path):
         (["--frames", 5, "--sway", -1, 0], "--sway is -1"),
         (["--frames", 5, "--initial-error", 200, 0], "--initial-error is 200"),
         (["--frames", 5, "--period", 0], "--period is 0"),
+        (["--frames", 5, "--ct-reach", 0], "--ct-reach is 0"),
         (["--frames", 5, "--detector", 0], "--detector is 0"),
         (["--frames", 5, "--first-angle", "inf"], "--first-angle is inf"),
         (["--frames", 5, "--blank", -1], "--blank is -1"),

@@ -56,6 +56,14 @@ def test_landmarks_lie_at_their_bones(drawn):
         assert np.linalg.norm(points - point, axis=1).min() < 6
 
 
+def test_a_longer_knee_is_the_same_knee():
+    short, long = (joint_phantom(2, 5.0, reach) for reach in (100.0, 200.0))
+    inside = long.structures.labels[20:-20]
+    assert np.mean(inside != short.structures.labels) < 1e-3
+    with pytest.raises(InputError, match="phantom's reach"):
+        joint_phantom(2, 5.0, 1000.0)
+
+
 @pytest.mark.parametrize(("seed", "spacing"), [(-1, 1.0), (0, 0.1), (0, 50.0), (0, float("nan"))])
 def test_what_cannot_be_drawn_is_refused(seed, spacing):
     with pytest.raises(InputError, match="phantom's"):

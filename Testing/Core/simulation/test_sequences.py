@@ -144,6 +144,19 @@ def test_leaves_stand_still_and_screws_move_with_their_bone():
     assert abs(middle(screws, 0) - middle(screws, 2)) > 3
 
 
+def test_a_ct_that_ends_within_the_field_leaves_images_and_places():
+    whole = knee_sequence(frames=2)
+    cut = whole.cut(60.0)
+    assert cut.ct.shape[0] < whole.ct.shape[0] and cut.structures.labels.shape == cut.ct.shape
+    assert np.array_equal(cut.views[0].images.read(1)[0], whole.views[0].images.read(1)[0])
+    points = cut.ct.to_world(np.argwhere(cut.structures.labels == 2)[:, ::-1])
+    labels = whole.ct.with_voxels(whole.structures.labels)
+    assert (labels.voxels_at(labels.to_index(points), 0) == 2).all()
+    assert np.ptp(points[:, 2]) <= 60 and cut.tracked().frame_count == 2
+    with pytest.raises(InputError, match="no voxel"):
+        whole.cut(1.0)
+
+
 def test_what_tracking_takes_is_valid():
     sequence = knee_sequence(world=drawn_world(1))
     given = sequence.tracked(TrackOptions(last=2), still=("femur",))
