@@ -6,11 +6,12 @@ Axes are those of a supine or standing patient in LPS: x to the left, y to the b
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.simulation.hinges import hinge_centre
 from PolyPoseLib.simulation.limb_motions import articulated
@@ -23,6 +24,7 @@ from PolyPoseLib.simulation.motions_in_time import (
     scaled_posture,
     there_and_back,
 )
+from PolyPoseLib.simulation.moving_scene import coarser
 from PolyPoseLib.simulation.named_motions import Anatomy, Posture, lacking, named_posture
 from PolyPoseLib.simulation.simulation_limits import AMPLITUDES, DRAWN, require_motion
 from PolyPoseLib.simulation.soft_motion import SoftMotion
@@ -76,12 +78,19 @@ class TimedMotion:
     soft: SoftMotion | None = None
     course: Course | None = None
 
+    def on_coarser_voxels(self, ct: Volume, size_mm: float) -> TimedMotion:
+        """With lungs on the voxels of `moving_scene.coarser` in place of the CT's."""
+        if self.soft is None or self.soft.lungs is None:
+            return self
+        share = coarser(Volume(self.soft.lungs.astype(np.float32), ct.affine), size_mm).voxels
+        return replace(self, soft=replace(self.soft, lungs=share > 0.5))
+
     def soft_at(self, second: float) -> SoftMotion | None:
         """What soft organs do at one time."""
         if self.soft is None or self.course is None:
             return None
         share = float(self.course(np.array([second]))[0])
-        return SoftMotion(self.soft.points, share * self.soft.displacements)
+        return SoftMotion(self.soft.points, share * self.soft.displacements, self.soft.lungs)
 
 
 def motion_over_time(

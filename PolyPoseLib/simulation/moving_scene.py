@@ -18,11 +18,11 @@ from scipy.spatial import KDTree
 from PolyPoseLib.data.volume import AIR_HU, Volume, hounsfield_to_attenuation
 from PolyPoseLib.simulation import independent_projector
 from PolyPoseLib.simulation.fixed_grid import FixedGrid
-from PolyPoseLib.simulation.harmonic import solve_laplace
+from PolyPoseLib.simulation.harmonic import jacobian_determinants, solve_laplace
 from PolyPoseLib.simulation.motion import apply, structure_points
 from PolyPoseLib.simulation.nearest import nearest_known
 from PolyPoseLib.simulation.posed_ct import BODY_HU
-from PolyPoseLib.simulation.soft_motion import SoftMotion, node_slice
+from PolyPoseLib.simulation.soft_motion import SoftMotion, keep_mass, node_slice
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.structures import Structures
@@ -139,7 +139,7 @@ class MovingScene:
         poses : (K, 4, 4) array
             Rig to CT, LPS mm.
         moved : SoftMotion, optional
-            What soft organs do by themselves.
+            What soft organs do by themselves; its lungs are those of `soft`'s grid.
 
         """
         nodes = self._field(relative_to(poses, self.reference), moved)
@@ -147,6 +147,8 @@ class MovingScene:
         # The grid is the soft tissue's own, widened: a shift of whole voxels.
         k, j, i = (np.arange(n) - p for n, p in zip(self.grid.shape, self.grid.pad, strict=True))
         hu = np.empty(self.grid.shape, np.float32)
+        lungs = None if moved is None or moved.lungs is None else moved.lungs.astype(np.uint8)
+        breathing = np.zeros(self.grid.shape, dtype=bool)
         for slab in range(self.grid.shape[0]):
             index = np.tensordot(
                 to_index[:3, :3].astype(np.float32), node_slice(nodes, slab, self.grid), axes=1
@@ -158,6 +160,11 @@ class MovingScene:
             hu[slab] = map_coordinates(
                 self.soft.voxels, index, order=1, mode="grid-constant", cval=AIR_HU, output=np.float32
             )
+            if lungs is not None:
+                breathing[slab] = map_coordinates(lungs, index, order=0, cval=0) > 0
+        if lungs is not None:
+            determinants = jacobian_determinants(np.moveaxis(nodes, 0, -1), self.grid.node_affine)
+            keep_mass(hu, breathing, determinants, self.grid)
         return Volume(hounsfield_to_attenuation(hu), self.grid.affine)
 
     def project_bones(self, poses: np.ndarray, camera: Camera) -> np.ndarray:

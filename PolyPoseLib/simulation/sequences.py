@@ -183,6 +183,7 @@ def simulate_sequence(
     scene = MovingScene.of(
         ct, structures, reference, sampled, options.soft_mm, options.node_mm, options.projector
     )
+    motion = motion.on_coarser_voxels(ct, options.soft_mm)
     studio = Studio(scene, motion, tuple(rig), options, seed)
     _put_in_the_beam(studio, ct, structures, reference)
     views = tuple(

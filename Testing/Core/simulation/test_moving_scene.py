@@ -1,7 +1,10 @@
 """A patient taken apart and put together again: nothing is lost at rest, and bones are rigid exactly."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from chest_phantom import LABELS, chest
 from knee_case import knee, knee_cameras
 from scipy.spatial.transform import Rotation
 from simulation_phantom import phantom
@@ -10,7 +13,9 @@ from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
 from PolyPoseLib.simulation.independent_projector import project
 from PolyPoseLib.simulation.motion import apply, rigid_about
+from PolyPoseLib.simulation.motion_laws import motion_over_time
 from PolyPoseLib.simulation.moving_scene import MovingScene, bones_apart, coarser, relative_to, seen_from_ct
+from PolyPoseLib.simulation.named_motions import Anatomy
 
 REST = np.tile(np.eye(4), (1, 3, 1, 1))
 
@@ -157,3 +162,24 @@ def test_one_bone_alone_takes_all_soft_tissue_along():
     scene = MovingScene.of(knee().ct, Structures(("femur",), labels), "femur", pose[None], 5.0, 15.0, "sum")
     camera = knee_cameras()[0]
     assert_same_picture(line_of(scene, pose, camera), whole(seen_from_ct(camera, pose[0])))
+
+
+def test_lungs_become_less_dense_as_they_grow():
+    ct, structures, source = chest(spacing=5.0)
+    anatomy = Anatomy(structures, ct.affine, structures.names[0], source.voxels, LABELS)
+    law = motion_over_time("breathing", 40.0, anatomy, (None, 8.0), np.random.default_rng(0))
+    moved = law.on_coarser_voxels(ct, 5.0).soft_at(2.0)
+    poses = np.linalg.inv(law.bones.at(np.array([0.0, 2.0])))
+    scene = MovingScene.of(ct, structures, structures.names[0], poses, 5.0, 10.0, "sum")
+    rest = scene.soft_tissue(poses[0], law.on_coarser_voxels(ct, 5.0).soft_at(0.0))
+    airy, dense = scene.soft_tissue(poses[1], moved), scene.soft_tissue(poses[1], replace(moved, lungs=None))
+    places = rest.to_world(np.stack(np.indices(rest.shape)[::-1], axis=-1))
+    inside = np.hypot(places[..., 0] / 100, places[..., 1] / 66) < 1  # away from the skin
+    lungs = inside & (np.abs(places[..., 2]) < 110) & (dense.voxels < 0.0123)
+    before = rest.voxels[inside & (np.abs(places[..., 2]) < 110) & (rest.voxels < 0.0123)]
+    growth = lungs.sum() / len(before)
+    assert growth > 1.05
+    assert np.median(dense.voxels[lungs]) == pytest.approx(np.median(before), rel=0.01)
+    assert airy.voxels[lungs].mean() / dense.voxels[lungs].mean() == pytest.approx(1 / growth, abs=0.04)
+    flesh = dense.voxels > 0.98 * dense.voxels[~lungs].max()
+    assert np.mean(airy.voxels[flesh] == dense.voxels[flesh]) > 0.98
