@@ -261,7 +261,7 @@ def sequence_options(
     rng = np.random.default_rng([arguments.seed, 0x77])
     world = _drawn_world(rng) if arguments.own_world else np.eye(4)
     lead = tuple(arguments.lead_in)
-    images = [frames + (lead[n] if n < len(lead) else 0) for n in range(arguments.views)]
+    starts = [lead[n] if n < len(lead) else 0 for n in range(arguments.views)]
     return SequenceOptions(
         frames=frames,
         frames_per_second=arguments.frames_per_second,
@@ -275,8 +275,8 @@ def sequence_options(
         shutter=arguments.shutter,
         first=lead,
         degradations=tuple(arguments.degrade),
-        blank={n: _drawn_images(count, arguments.blank, rng) for n, count in enumerate(images)},
-        repeated={n: _drawn_images(count, arguments.repeated, rng) for n, count in enumerate(images)},
+        blank={n: _drawn_images(start, frames, arguments.blank, rng) for n, start in enumerate(starts)},
+        repeated={n: _drawn_images(start, frames, arguments.repeated, rng) for n, start in enumerate(starts)},
     )
 
 
@@ -290,7 +290,9 @@ def _drawn_world(rng: np.random.Generator) -> np.ndarray:
     return world
 
 
-def _drawn_images(count: int, wanted: int, rng: np.random.Generator) -> tuple[int, ...]:
-    """Numbers of images, the first one left out, on which a tracking starts."""
-    most = min(wanted, count - 1)
-    return tuple(sorted((1 + rng.choice(count - 1, most, replace=False)).tolist())) if most > 0 else ()
+def _drawn_images(start: int, frames: int, wanted: int, rng: np.random.Generator) -> tuple[int, ...]:
+    """Numbers of images of any frames but the first one, on which a tracking starts; start: the first frame's image."""
+    most = min(wanted, frames - 1)
+    if most <= 0:
+        return ()
+    return tuple(sorted((start + 1 + rng.choice(frames - 1, most, replace=False)).tolist()))

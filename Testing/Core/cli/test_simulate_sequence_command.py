@@ -60,6 +60,7 @@ def test_a_ct_with_labels_in_a_world_of_its_own(coarse, files, tmp_path):
     truth = load_track_truth(output)
     assert np.linalg.norm(truth.poses[0, 1, :3, :3] - np.eye(3)) > 0.1  # the seed's world is turned
     assert np.allclose(truth.cameras["view 1"].extrinsic, camera["extrinsic"])
+    assert truth.unseen == {"view 1": (1,)}  # never the first one
 
 
 def test_poses_of_a_table_are_moved_again(coarse, tmp_path):
