@@ -11,7 +11,7 @@ from simulation_phantom import phantom
 
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
-from PolyPoseLib.simulation.independent_projector import project
+from PolyPoseLib.simulation.independent_projector import project, rtk_available
 from PolyPoseLib.simulation.motion import apply, rigid_about
 from PolyPoseLib.simulation.motion_laws import motion_over_time
 from PolyPoseLib.simulation.moving_scene import MovingScene, bones_apart, coarser, relative_to, seen_from_ct
@@ -183,3 +183,14 @@ def test_lungs_become_less_dense_as_they_grow():
     assert airy.voxels[lungs].mean() / dense.voxels[lungs].mean() == pytest.approx(1 / growth, abs=0.04)
     flesh = dense.voxels > 0.98 * dense.voxels[~lungs].max()
     assert np.mean(airy.voxels[flesh] == dense.voxels[flesh]) > 0.98
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not rtk_available(), reason="ITK-RTK is not installed")
+def test_at_rest_the_sum_is_the_cts_own_picture_to_rounding_by_the_faster_projector():
+    ct = knee().ct
+    attenuation = Volume(hounsfield_to_attenuation(ct.voxels), ct.affine)
+    scene = MovingScene.of(ct, knee().structures, "femur", REST, 5.0, 15.0, projector="rtk")
+    for camera in knee_cameras((0.0, 55.0, 90.0), 100):
+        expected = project(attenuation, camera, "rtk")
+        assert np.allclose(line_of(scene, REST[0], camera), expected, atol=1e-4) and expected.max() > 2
