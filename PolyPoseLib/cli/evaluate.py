@@ -1,4 +1,4 @@
-"""Subcommand evaluate: how good a result is, against a truth or a second segmentation."""
+"""Subcommand evaluate: how good a result or a track is, against a truth or a second segmentation."""
 
 from __future__ import annotations
 
@@ -18,12 +18,14 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = new_parser(
         subparsers,
         "evaluate",
-        "score a result against a simulation's truth or a second segmentation",
+        "score a result or a track against a simulation's truth, or a result against a second segmentation",
         "case/result --truth case/truth",
     )
-    parser.add_argument("result", type=Path, help="folder that register wrote")
+    parser.add_argument("result", type=Path, help="folder that register or track wrote")
     against = parser.add_mutually_exclusive_group(required=True)
-    against.add_argument("--truth", type=Path, metavar="DIR", help="truth folder that simulate wrote")
+    against.add_argument(
+        "--truth", type=Path, metavar="DIR", help="truth folder, or sequence, that simulate wrote"
+    )
     against.add_argument(
         "--segmentation",
         type=Path,
@@ -38,8 +40,17 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print the scores."""
     from PolyPoseLib.io.results import load_result
+    from PolyPoseLib.io.tracking.track_truths import is_track_truth
 
-    if arguments.truth:
+    if arguments.truth and is_track_truth(arguments.truth):
+        from PolyPoseLib.cli._track_scores import track_tables
+        from PolyPoseLib.evaluation.tracks import score_track
+        from PolyPoseLib.io.tracking.track_truths import load_track_truth
+        from PolyPoseLib.io.tracking.tracks import load_track
+
+        scores = score_track(load_track(arguments.result), load_track_truth(arguments.truth))
+        text = track_tables
+    elif arguments.truth:
         from PolyPoseLib.evaluation.score import score_result
         from PolyPoseLib.io.truths import load_truth
 

@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 import argparse
-import logging
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PolyPoseLib.cli._arguments import new_parser
+from PolyPoseLib.cli._patients import Grouping, moving_apart, phantom_patient, read_patient, read_structures
+from PolyPoseLib.cli._sequences import (
+    add_sequence_arguments,
+    check_sequence,
+    is_sequence,
+    write_sequence_folder,
+)
 from PolyPoseLib.data.options import RANGES
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.files import read_text
 from PolyPoseLib.simulation.simulation_limits import AMPLITUDES, DRAWN
 
 if TYPE_CHECKING:
     from PolyPoseLib.simulation.simulate import SimulatedCase
 
-_LOG = logging.getLogger(__name__)
-
 USUAL_VIEW_MM = (1020.0, 780.0)
 """From the source to the detector and to the isocenter where no sample suggests others."""
+
+ARC_DEG = 30.0
+"""Spanned by the views of a study where nothing is given."""
 
 LEAST_PIXELS = 64
 """Fewer rows and columns make pixels that are larger than a study may have."""
@@ -33,7 +39,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = new_parser(
         subparsers,
         "simulate",
-        "move a CT's bones, take X-rays of it, and write the study with its truth",
+        "move a CT's bones, take X-rays of it, and write the study or the sequence with its truth",
         "--sample pelvis --views 2 --arc 30 --output case",
     )
     parser.add_argument("--output", type=Path, required=True, metavar="DIR", help="new or empty folder")
@@ -65,9 +71,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     parser.add_argument(
         "--format",
-        choices=("dicom", "nifti"),
-        default="dicom",
-        help="file format of the X-rays (default: dicom, as XA)",
+        choices=("dicom", "nifti", "tiff"),
+        help="file format of the X-rays (default: dicom, as XA); nifti of studies, tiff of sequences alone",
     )
     parser.add_argument(
         "--degrade",
@@ -79,6 +84,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--list-degradations", action=_ListDegradations, nargs=0, help="list what --degrade knows, and exit"
     )
+    add_sequence_arguments(parser)
     parser.set_defaults(run=run)
 
 
@@ -88,12 +94,14 @@ class _ListDegradations(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from PolyPoseLib.cli._console import table
         from PolyPoseLib.simulation.degradations.registry import DEGRADATIONS
+        from PolyPoseLib.simulation.moving_degradations import NAMES
 
         rows = [
             (kind.name, ", ".join(kind.acts_on), "yes" if kind.recoverable else "no", kind.description)
             for kind in DEGRADATIONS.values()
         ]
         print(table(("name", "acts on", "recoverable", "what it is"), rows))
+        print(f"\nof sequences: {', '.join(NAMES)}")
         parser.exit()
 
 
@@ -101,7 +109,7 @@ def add_simulation(parser: argparse.ArgumentParser) -> None:
     """Arguments that the demo has as well."""
     parser.add_argument("--views", type=int, default=2, metavar="N", help="number of X-rays (default: 2)")
     parser.add_argument(
-        "--arc", type=float, default=30.0, metavar="DEG", help="angle spanned by the views (default: 30)"
+        "--arc", type=float, metavar="DEG", help="angle spanned by the views (default: 30, of a sequence 70)"
     )
     parser.add_argument(
         "--source-to-detector",
@@ -159,15 +167,25 @@ def run(arguments: argparse.Namespace) -> int:
     from PolyPoseLib.io.samples import fetch_sample
 
     check_simulation(arguments)
-    _check_degradations(arguments)
+    sequence = is_sequence(arguments)
+    if sequence:
+        check_sequence(arguments)
+    else:
+        _check_degradations(arguments)
     inputs = (arguments.ct, arguments.segmentation, arguments.structures)
     if arguments.sample:
         if any(inputs):
             raise InputError("--sample brings its own CT: leave out --ct, --segmentation and --structures.")
         folder = fetch_sample(arguments.sample)
         inputs = folder / "ct.nii.gz", folder / "labels.nii.gz", folder / "structures.json"
-    elif not all(inputs):
+    elif not all(inputs) and arguments.phantom is None:
         raise InputError("Give --ct, --segmentation and --structures, or --sample.")
+    if sequence:
+        from PolyPoseLib.io.tracking.simulated import TRACK_FILE
+
+        _write_sequence(inputs, arguments)
+        print(arguments.output / TRACK_FILE)
+        return 0
     write_simulation(*inputs, arguments.output, arguments)
     print(arguments.output / "study.json")
     return 0
@@ -175,12 +193,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _check_degradations(arguments: argparse.Namespace) -> None:
     """Refuse unknown degradations, and formats that these do not have, before any work; raises InputError."""
+    if arguments.format == "tiff":
+        raise InputError("--format tiff is of sequences: give --frames as well, or leave it out.")
     if not arguments.degrade:
         return
     from PolyPoseLib.simulation.degradations.registry import require_degradations
 
     require_degradations(arguments.degrade)
-    if arguments.format != "dicom":
+    if arguments.format == "nifti":
         raise InputError(
             "--degrade writes X-rays as DICOM, or as PNG where they are pictures: leave out --format."
         )
@@ -200,7 +220,7 @@ def write_simulation(
 
     camera, distance = getattr(arguments, "camera", "initial"), view_distances(arguments)[0]
     with claimed_folder(output, overwrite=None) as claim:
-        grouping = groups, _, table = _moving_apart(read_structures(structures_path), arguments.motion)
+        grouping = groups, _, table = moving_apart(read_structures(structures_path), arguments.motion)
         case = simulate(ct_path, labels_path, grouping, arguments)
         organ_names = label_table(table) if table else None
         require_space(output, _bytes_of(case))
@@ -213,10 +233,26 @@ def write_simulation(
                 temporary,
                 label_ids=groups,
                 organ_names=organ_names,
-                image_format=getattr(arguments, "format", "dicom"),
+                image_format=getattr(arguments, "format", None) or "dicom",
                 camera=camera,
                 source_to_detector_mm=distance,
             )
+
+
+def _write_sequence(inputs: tuple[Path | None, ...], arguments: argparse.Namespace) -> None:
+    """Simulate a sequence and write it, all of it or nothing; inputs: CT, segmentation and structures, or none."""
+    from PolyPoseLib.io.whole_folders import claimed_folder
+
+    with claimed_folder(arguments.output, overwrite=None) as claim:
+        if arguments.phantom is not None:
+            patient = phantom_patient(arguments.phantom, arguments.ct_reach)
+        else:
+            ct_path, labels_path, structures_path = inputs
+            assert ct_path and labels_path and structures_path
+            grouping = moving_apart(read_structures(structures_path), arguments.motion)
+            patient = read_patient(ct_path, labels_path, grouping)
+        with claim.whole() as temporary:
+            write_sequence_folder(patient, arguments, view_distances(arguments), temporary)
 
 
 def _write_degraded(
@@ -249,7 +285,7 @@ def check_simulation(arguments: argparse.Namespace) -> None:
     limits.require_in_range(arguments.pixels, (LEAST_PIXELS, limits.PIXELS[1]), "--pixels", "whole number")
     limits.require_few_pixels(arguments.views, arguments.pixels, ("--views", "--pixels"))
     limits.require_in_range(arguments.seed or 0, RANGES["seed"], "--seed", "whole number")
-    limits.require_in_range(arguments.arc, limits.ARC_DEG, "--arc")
+    limits.require_in_range(_arc(arguments), limits.ARC_DEG, "--arc")
     for argument, option in (
         ("motion_scale", "motion_scale"),
         ("rotation_error", "rotation_deg"),
@@ -263,18 +299,11 @@ def check_simulation(arguments: argparse.Namespace) -> None:
     view_distances(arguments)
 
 
-Grouping = tuple[dict[str, list[int]], str, str | None]
-"""Structures with their labels, the anchor, and the label table that gives the numbers."""
-
-
 def simulate(
     ct_path: Path, labels_path: Path, grouping: Grouping, arguments: argparse.Namespace
 ) -> SimulatedCase:
     """The case that the arguments ask for."""
-    from PolyPoseLib.data.label_names import label_table
-    from PolyPoseLib.data.structures import build_structures
-    from PolyPoseLib.io.segmentations import read_segmentation
-    from PolyPoseLib.io.volumes import read_ct
+    from PolyPoseLib.data.volume import Volume
     from PolyPoseLib.simulation.simulate import (
         SimulationOptions,
         arc_angles,
@@ -283,24 +312,12 @@ def simulate(
         view_cameras,
     )
 
-    ct = read_ct(ct_path)
-    segmentation = read_segmentation(labels_path, ct)
-    if segmentation.has_layers:
-        raise InputError(f"{labels_path}: the segmentation has overlapping layers: export it as a label map.")
-    groups, anchor, table = grouping
-    if not segmentation.numbered and table is None:
-        raise InputError(
-            f"{labels_path}: its labels have names only: add the label_table that has them to the "
-            "structures' JSON file."
-        )
-    segmentation = segmentation.renumbered(label_table(table) if table else {})
-    structures, odd_structures = build_structures(segmentation, groups, ct, anchor=anchor)
-    for warning in odd_structures:
-        _LOG.warning(warning)
+    patient = read_patient(ct_path, labels_path, grouping)
+    ct, structures = patient.ct, patient.structures
     to_detector, to_isocenter = view_distances(arguments)
     cameras = view_cameras(
         ct,
-        arc_angles(arguments.views, arguments.arc),
+        arc_angles(arguments.views, _arc(arguments)),
         arguments.pixels,
         source_to_detector_mm=to_detector,
         source_to_isocenter_mm=to_isocenter,
@@ -319,22 +336,15 @@ def simulate(
         cameras=cameras,
         seed=arguments.seed or 0,
         options=options,
-        anchor=anchor,
-        source_labels=segmentation.on_grid(0, ct),
-        organ_names=label_table(table) if table else None,
+        anchor=patient.reference,
+        source_labels=None if patient.labels is None else Volume(patient.labels, ct.affine),
+        organ_names=patient.label_names or None,
     )
 
 
-def _moving_apart(grouping: Grouping, motion: str) -> Grouping:
-    """Structures that a motion takes apart, one by one: in breathing, every rib."""
-    from PolyPoseLib.data.label_names import label_table
-    from PolyPoseLib.simulation.breathing import separate_ribs
-
-    groups, anchor, table = grouping
-    if motion != "breathing" or table is None:
-        return grouping
-    apart, anchor = separate_ribs(groups, anchor, label_table(table))
-    return apart, anchor, table
+def _arc(arguments: argparse.Namespace) -> float:
+    """Degrees that the views of a study span."""
+    return ARC_DEG if arguments.arc is None else arguments.arc
 
 
 def view_distances(arguments: argparse.Namespace) -> tuple[float, float]:
@@ -347,27 +357,3 @@ def view_distances(arguments: argparse.Namespace) -> tuple[float, float]:
     to_detector, to_isocenter = (usual[n] if given[n] is None else given[n] for n in range(2))
     require_distances(to_detector, to_isocenter, ("--source-to-detector", "--source-to-isocenter"))
     return to_detector, to_isocenter
-
-
-def read_structures(path: Path) -> Grouping:
-    """Structures, anchor and label table of a JSON file as the subcommand structures prints it."""
-    from PolyPoseLib.data.label_names import label_table
-    from PolyPoseLib.io.json_records import Record, parse_object
-    from PolyPoseLib.io.study_schema import check_grouping
-
-    fields = parse_object(read_text(path, "the structures' JSON file"), str(path))
-    try:
-        check_grouping(Record(fields))
-        table = fields.get("label_table")
-        numbers = {name: number for number, name in label_table(table).items()} if table else {}
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-    groups = {}
-    for structure, labels in fields["structures"].items():
-        unknown = [label for label in labels if isinstance(label, str) and label not in numbers]
-        if unknown:
-            raise InputError(
-                f'{path}: "{unknown[0]}" is no name of the label table: list numbers to simulate.'
-            )
-        groups[structure] = [numbers[label] if isinstance(label, str) else label for label in labels]
-    return groups, fields["anchor"], table

@@ -64,7 +64,7 @@ class FixedGrid:
         """
         spacing = ct.spacing[::-1]
         least = np.ceil(pad_mm / spacing).astype(int)
-        wanted = np.maximum(0 if room is None else room, least)
+        wanted = np.maximum(np.zeros((2, 3), int) if room is None else room, least)
         share = 1.0
         pads = wanted
         while share > 0 and np.prod(np.array(ct.shape, float) + pads.sum(0)) > MOST_VOXELS:

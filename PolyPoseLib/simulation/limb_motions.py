@@ -66,7 +66,7 @@ def gait(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Postur
     turn = SPINE_SHARE * amplitude * (1 if leading == "left" else -1)
     spine = [name for name in anatomy.structures.names if _is_spine(name)]
     turns |= {name: [0, 0, turn / len(spine)] for name in spine}
-    return Posture(_articulated(anatomy, turns))
+    return Posture(articulated(anatomy, turns))
 
 
 def flexion(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Posture:
@@ -88,7 +88,7 @@ def flexion(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Pos
     turns = {
         name: [sign * amplitude, *wobble["left" if "left" in name.lower() else "right"]] for name in bent
     }
-    return Posture(_articulated(anatomy, turns))
+    return Posture(articulated(anatomy, turns))
 
 
 def jaw(anatomy: Anatomy, amplitude: float, rng: np.random.Generator) -> Posture:
@@ -132,7 +132,7 @@ def _of_side(names: list[str], side: str) -> list[str]:
     return [name for name in names if side in name.lower()]
 
 
-def _articulated(anatomy: Anatomy, turns: dict[str, list[float]]) -> dict[str, JointMotion]:
+def articulated(anatomy: Anatomy, turns: dict[str, list[float]]) -> dict[str, JointMotion]:
     """Motions of all structures: each turns by its rotation vector (degrees) about its joint and follows its parent.
 
     What hangs on the anchor but belongs to the trunk follows the spine's structure nearest to it.

@@ -101,6 +101,7 @@ def write_xray_dicom(
     *,
     description: str = "simulated",
     study: str = "",
+    frame_ms: float = 100.0,
 ) -> Path:
     """Write line integrals as an XA file that `read_xray` turns back into them within quantisation.
 
@@ -118,6 +119,8 @@ def write_xray_dicom(
         Series description.
     study
         Files with the same text share their Study Instance UID.
+    frame_ms
+        Time between the frames of a run.
 
     Returns
     -------
@@ -134,6 +137,8 @@ def write_xray_dicom(
     stored, scale = storage.stored(line_integrals)
     dataset = _identified(stored, description, study)
     _put_image(dataset, stored, storage, scale)
+    if stored.ndim == 3:
+        dataset.FrameTime = _decimal(frame_ms)
     _put_geometry(dataset, stand, run=stored.ndim == 3)
     _put_orientation(dataset, stand, storage.display)
     put_scale(dataset, scale)
@@ -195,7 +200,6 @@ def _put_image(dataset: Dataset, stored: np.ndarray, storage: Storage, scale: di
     dataset.LossyImageCompression = "00"
     if stored.ndim == 3:
         dataset.NumberOfFrames = len(stored)
-        dataset.FrameTime = "100"
         dataset.FrameIncrementPointer = 0x00181063
     if storage.encoding == "log":
         dataset.ModalityLUTSequence = [_linear_lut(storage.bits, scale)]
