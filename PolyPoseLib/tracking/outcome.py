@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from PolyPoseLib.data.tracking.track import TrackedFrame
+from PolyPoseLib.geometry.rigid import orthonormalised
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
 from PolyPoseLib.tracking.assessment import Assessment
 from PolyPoseLib.tracking.patient import Patient
@@ -46,7 +47,7 @@ def tracked_frame(
         With the source "none" for what was lost.
 
     """
-    poses = patient.at_true_size(found.fit.poses)
+    poses = orthonormalised(patient.at_true_size(found.fit.poses))
     covariances = patient.covariances_at_true_size(found.covariances)
     origin = list(sources)
     for k in found.lost:

@@ -7,7 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from PolyPoseLib.data.tracking.track import TrackedFrame
-from PolyPoseLib.geometry.rigid import about, perturbation, perturbation_between, rigid_inverse
+from PolyPoseLib.geometry.rigid import (
+    about,
+    orthonormalised,
+    perturbation,
+    perturbation_between,
+    rigid_inverse,
+)
 
 
 def is_found(frame: TrackedFrame, k: int) -> bool:
@@ -48,7 +54,7 @@ def predicted_poses(
         if k != reference and not is_found(past[-1], k):
             seen = next((each for each in reversed(past) if is_found(each, k)), past[-1])
             poses[k] = seen.poses[k] @ rigid_inverse(seen.poses[reference]) @ poses[reference]
-    return poses
+    return orthonormalised(poses)
 
 
 def _velocity(before: TrackedFrame, last: TrackedFrame, k: int, centre: np.ndarray) -> np.ndarray:

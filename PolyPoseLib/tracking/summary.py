@@ -39,8 +39,8 @@ def reasons_for_distrust(patient: Patient, frames: Sequence[TrackedFrame]) -> It
         share = sum(not is_found(each, k) for each in frames) / len(frames)
         if share > MOSTLY:
             yield (
-                f'"{name}" was lost in {share:.0%} of the frames: check the cameras and the poses of the first frame in '
-                "the overlay."
+                f'"{name}" was lost in {share:.0%} of the frames: check the cameras, and the poses of the first frame '
+                "in the overlay."
             )
 
 

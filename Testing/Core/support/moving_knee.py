@@ -6,10 +6,10 @@ drawn anew around the bones' axes in every frame. Nothing here uses the product'
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import find_objects, gaussian_filter
 from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.data.structures import Structures
@@ -23,6 +23,9 @@ from PolyPoseLib.simulation.xray_physics import XrayPhysics, measure
 
 NAMES = ("femur", "tibia", "patella")
 
+SMALL = {"pixels": 110, "spacing_mm": 2.0, "soft_mm": 5.0, "frames": 7, "flexion_deg": 12.0}
+"""Options of a knee that is made and followed in seconds."""
+
 WATER = 0.02
 MUSCLE, FAT, AIR = 50.0, -90.0, -1000.0
 FAT_MM = 8.0
@@ -34,8 +37,9 @@ KNEE = np.array([0.0, 4.0, 6.0])
 @dataclass(frozen=True)
 class KneeOptions:
     """spacing_mm: of the CT; half_mm: of its height; pixels, arc_deg, views, field_mm: of the cameras, field at the
-    knee; frames; flexion_deg: largest; detector: None for no noise; texture_hu: of bone; shafts_mm: how much longer the
-    bones are than the CT shows.
+    knee; frames; flexion_deg: largest; detector: None for no noise; texture_hu: of bone; soft_mm: voxels of soft tissue; shafts_mm: how much longer the
+    bones are than the CT shows; passing_mm: how far, to the left and back, the patella leaves its place in the middle
+    fifth of the frames; jump_mm: by which everything is elsewhere from the middle frame on.
     """
 
     spacing_mm: float = 1.5
@@ -46,9 +50,12 @@ class KneeOptions:
     field_mm: float = 220.0
     frames: int = 10
     flexion_deg: float = 20.0
-    detector: XrayPhysics | None = XrayPhysics()
+    detector: XrayPhysics | None = field(default_factory=XrayPhysics)
     texture_hu: float = 120.0
+    soft_mm: float = 3.0
     shafts_mm: float = 45.0
+    passing_mm: tuple[float, float] = (0.0, 0.0)
+    jump_mm: float = 0.0
 
 
 class MovingKnee:
@@ -116,7 +123,7 @@ class MovingKnee:
             bone = 250 + 850 * shell + texture
             hu += inside * (bone - soft)
             labels[(inside > 0.5)] = number
-            added.append(Volume((WATER * inside * (bone - MUSCLE) / 1000).astype(np.float32), affine))
+            added.append(_cut_out(WATER * inside * (bone - MUSCLE) / 1000, affine))
         return Volume(hu.astype(np.float32), affine), Structures(NAMES, labels), added
 
     def _femur(self, x: np.ndarray) -> np.ndarray:
@@ -164,7 +171,7 @@ class MovingKnee:
 
     def _soft_tissue(self, poses: np.ndarray) -> Volume:
         """1/mm in the rig's world, all that can be in the field."""
-        spacing, half = 3.0, 150.0
+        spacing, half = self.options.soft_mm, 150.0
         size = int(2 * half / spacing) + 1
         axis = np.arange(size) * spacing - half
         x = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1)[..., ::-1]
@@ -175,19 +182,23 @@ class MovingKnee:
 
     def _motion(self, rng: np.random.Generator) -> np.ndarray:
         """(F, 3, 4, 4) fixed to moving: the thigh sways, the knee bends and straightens, the patella glides."""
-        count = self.options.frames
+        o, count = self.options, self.options.frames
         phase = np.linspace(0, 1, count) if count > 1 else np.zeros(1)
-        bend = self.options.flexion_deg * np.sin(np.pi * phase) ** 2
+        bend = o.flexion_deg * np.sin(np.pi * phase) ** 2
         sway = rng.uniform(-1, 1, (6, 2))
         poses = np.zeros((count, 3, 4, 4))
         for f in range(count):
             wave = sway @ [np.sin(2 * np.pi * phase[f]), 1 - np.cos(2 * np.pi * phase[f])]
-            thigh = _motion(0.4 * self.options.flexion_deg * wave[:3] / 4, 4 * wave[3:], KNEE)
+            thigh = _motion(0.4 * o.flexion_deg * wave[:3] / 4, 4 * wave[3:], KNEE)
             turn = np.array([-bend[f], 0.04 * bend[f], 0.15 * bend[f]])
             roll = np.array([0.0, 0.08 * bend[f], 0.0])
             tibia = thigh @ _motion(turn, roll, KNEE)
             patella = thigh @ _motion(0.7 * turn, 0.2 * roll, KNEE)
-            poses[f] = rigid_inverse(np.stack([thigh, tibia, patella]))
+            aside = np.clip(1 - (abs(phase[f] - 0.5) - 0.1) / 0.08, 0, 1)
+            patella = patella @ _motion(np.zeros(3), aside * np.array([*o.passing_mm, 0.0]), KNEE)
+            whole = np.array([0.0, 0.0, o.jump_mm]) * (f >= count // 2)
+            everything = _motion(0.5 * whole[[2, 0, 1]], whole, KNEE)
+            poses[f] = rigid_inverse(everything @ np.stack([thigh, tibia, patella]))
         return poses
 
     def _cameras(self, rng: np.random.Generator) -> list[Camera]:
@@ -226,9 +237,13 @@ class KneeImages:
         return image, np.ones(image.shape, bool)
 
 
-def smaller(options: KneeOptions, **changes) -> KneeOptions:
-    """The options with changes."""
-    return replace(options, **changes)
+def _cut_out(voxels: np.ndarray, affine: np.ndarray) -> Volume:
+    """The box of a volume that is not zero, with a border."""
+    (box,) = find_objects((voxels != 0).astype(np.uint8))
+    box = tuple(slice(max(part.start - 1, 0), part.stop + 1) for part in box)
+    moved = affine.copy()
+    moved[:3, 3] += affine[:3, :3] @ [part.start for part in reversed(box)]
+    return Volume(voxels[box].astype(np.float32), moved)
 
 
 def _ellipsoid(x: np.ndarray, centre, radii) -> np.ndarray:
