@@ -102,7 +102,7 @@ def assess(
     count = len(fit.poses)
     covariances = np.stack([PoseUncertainty.unseen().covariance] * count)
     residuals = np.array([_residual(each) for each in agreement.residuals])
-    for k, covariance in frame_covariances(fit.problem, fit.state).items():
+    for k, covariance in frame_covariances(fit.problem, fit.state, patient.voxel_mm).items():
         covariances[k] = covariance
     inside = overlaps(patient, fit.poses)
     doubts: list[tuple[str, ...]] = []
@@ -129,7 +129,9 @@ def assess(
         lines += [f'it lies partly inside "{patient.scene.names[other]}"' for other in inside.get(k, ())]
         doubts.append(tuple(lines))
         jumped = predicted is not None and _has_jumped(patient, fit, covariances, predicted, beside, k)
-        if jumped or set(lines) - {WEAK}:
+        # What other starts did not change in the frame before they will not change in this one.
+        known = set(beside[-1].doubts[k]) if beside and is_found(beside[-1], k) else set()
+        if jumped or set(lines) - {WEAK} - known:
             suspects.append(k)
     return Assessment(fit, covariances, residuals, tuple(doubts), tuple(suspects), tuple(lost))
 

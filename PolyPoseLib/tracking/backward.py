@@ -73,7 +73,7 @@ def _looked_at_again(
         if is_found(after[-1], k)
         and (
             not is_found(frame, k)
-            or set(frame.doubts[k]) - {WEAK}
+            or set(frame.doubts[k]) - {WEAK} - set(after[-1].doubts[k])
             or distance_mm(patient, start[k], here[k], k) > AGREES_MM
         )
     ]

@@ -32,6 +32,9 @@ FOLLOWING = (COARSE, FINE)
 ARRIVING = (Level(6.0, 40.0, 20, 0.01), Level(3.0, 20.0, 15, 0.002), FINE)
 """Levels of a frame without one beside it: from several pixels of an X-ray away."""
 
+TOLERANCE, DAMPING = 1e-6, 1e-4
+"""Of the solver: along the beam of a single view the cost is so flat that it would stop, or be slowed, elsewhere."""
+
 REFRESH_EVERY = 4
 """Iterations after which weights are renewed."""
 
@@ -135,7 +138,8 @@ class LevelFit:
     ) -> None:
         self.patient, self.level = patient, level
         self.views = LevelViews(patient.run, observations, level)
-        self.problem = self.views.structures(list(free))
+        # Along the beam of a single view, nothing else tells how well a pose is known.
+        self.problem = replace(self.views.structures(list(free)), exact_depth=True)
         self._rendered: np.ndarray | None = None
 
     def fit(self, state: State) -> State:
@@ -145,7 +149,8 @@ class LevelFit:
             if iteration % REFRESH_EVERY == 0:
                 self.refresh(now)
 
-        return minimise(self.problem, state, SolverOptions(self.level.iterations), before_step).state
+        options = SolverOptions(self.level.iterations, TOLERANCE, DAMPING)
+        return minimise(self.problem, state, options, before_step).state
 
     def refresh(self, state: State) -> None:
         """Renew the weights, and the soft tissue where bones moved."""

@@ -24,20 +24,31 @@ from PolyPoseLib.rendering.rigid import Body, project_body
 INFLATION = 2.0
 """Factor on the standard deviations that follow from the residual's spread."""
 
-EDGE_MM = 0.1
-"""Standard deviation of how far all edges of a bone may lie outwards, mm of the scene."""
+EDGE_VOXELS = 0.12
+"""Standard deviation of how far all edges of a bone may lie outwards, in voxels of the CT."""
 
 FLOOR_ROTATION_DEG, FLOOR_TRANSLATION_MM = 0.1, 0.06
 """Least standard deviations, mm of the scene. These three are calibrated, see Testing/Benchmarks/tracking.py."""
 
-SWELLING = 0.02
-"""By which a bone is made larger to see what that does."""
+SWELLING = 0.002
+"""By which a bone is made larger to see what that does: by less than its texture is fine."""
 
 
-def frame_covariances(problem: RigidProblem, state: State) -> dict[int, np.ndarray]:
-    """Covariance (6, 6) of every free pose of a frame's finest problem, by index of the structure.
+def frame_covariances(problem: RigidProblem, state: State, voxel_mm: float) -> dict[int, np.ndarray]:
+    """Covariance of every free pose of a frame's finest problem.
 
-    Of [rotation (rad), translation (mm)], as :class:`PoseUncertainty` has it, in the scene.
+    Parameters
+    ----------
+    problem, state
+        As the fit left them; the problem's depths are exact.
+    voxel_mm : float
+        Of the CT, in the scene.
+
+    Returns
+    -------
+    dict of int to (6, 6) ndarray
+        Of [rotation (rad), translation (mm)], as :class:`PoseUncertainty` has it, by index of the structure.
+
     """
     linear = [problem.linearise(state, n) for n in range(len(problem.views))]
     curvature, spread = score_statistics(problem, linear)
@@ -48,7 +59,7 @@ def frame_covariances(problem: RigidProblem, state: State) -> dict[int, np.ndarr
     covariance = INFLATION**2 * inverse @ (spread + np.diag(noise * prior)) @ inverse
     for k in range(len(problem.bodies)):
         shift = inverse @ _push_of_swelling(problem, state, linear, k)
-        shift *= EDGE_MM / half_width(problem.bodies[k])
+        shift *= EDGE_VOXELS * voxel_mm / half_width(problem.bodies[k])
         covariance += np.outer(shift, shift)
     floor = PoseUncertainty.independent(FLOOR_ROTATION_DEG, FLOOR_TRANSLATION_MM).covariance
     return {

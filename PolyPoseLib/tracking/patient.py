@@ -45,6 +45,8 @@ class Patient:
         Of every structure in the CT, LPS mm of the scene.
     radii : (K,) ndarray
         Root mean square distance of every structure's points from its centroid, mm of the scene.
+    voxel_mm : float
+        Of the CT, the mean of its three sides, in the scene.
     has_soft_tissue : bool
         Whether the CT holds more than bones.
     still, moving : list of int
@@ -66,6 +68,7 @@ class Patient:
         self.run = Run(soft, backend, monitor, "tracking", magnification=self.factor)
         self.points = [body_points(body, 500) for body in scene.bodies(BODY_MM)]
         self.radii = np.array([_radius(each) for each in self.points])
+        self.voxel_mm = float(ct.spacing.mean())
         self.has_soft_tissue = bool(scene.soft.voxels.any())
         self.still = [k for k, name in enumerate(scene.names) if name in sequence.still]
         self.moving = [k for k in range(len(scene.names)) if k not in self.still]

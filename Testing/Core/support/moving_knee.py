@@ -193,7 +193,7 @@ class MovingKnee:
             turn = np.array([-bend[f], 0.04 * bend[f], 0.15 * bend[f]])
             roll = np.array([0.0, 0.08 * bend[f], 0.0])
             tibia = thigh @ _motion(turn, roll, KNEE)
-            patella = thigh @ _motion(0.7 * turn, 0.2 * roll, KNEE)
+            patella = thigh @ _motion(0.7 * turn, np.array([0.0, -0.15 * bend[f], 0.0]), KNEE)
             aside = np.clip(1 - (abs(phase[f] - 0.5) - 0.1) / 0.08, 0, 1)
             patella = patella @ _motion(np.zeros(3), aside * np.array([*o.passing_mm, 0.0]), KNEE)
             whole = np.array([0.0, 0.0, o.jump_mm]) * (f >= count // 2)

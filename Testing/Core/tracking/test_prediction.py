@@ -13,7 +13,7 @@ SEEDS = range(6)
 CENTRES = np.array([[10.0, -20.0, 30.0], [40.0, 5.0, -60.0]])
 
 
-def frame(number, poses, sources=("forward", "forward"), deviation=1e-4) -> TrackedFrame:
+def frame(number, poses, sources=("forward", "forward"), deviation=1e-5) -> TrackedFrame:
     covariances = np.stack([deviation**2 * np.eye(6)] * len(poses))
     return TrackedFrame(number, np.stack(poses), covariances, np.zeros(2), ((), ()), sources)
 
