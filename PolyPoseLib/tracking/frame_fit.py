@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from PolyPoseLib.geometry.rigid import rigid_inverse
+from PolyPoseLib.geometry.rigid import about, perturbation, perturbation_between, rigid_inverse
 from PolyPoseLib.registration.bones.agreement import Agreement, agreement_in
 from PolyPoseLib.registration.fit.levels import COMPARISON_LEVEL, Level, Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
@@ -40,6 +40,9 @@ REFRESH_EVERY = 4
 
 SOFT_TISSUE_PX = 0.5
 """Motion, in pixels, after which the soft tissue is rendered again."""
+
+LARGEST_TURN_DEG = 165.0
+"""Against the reference, of bones as the soft tissue follows them."""
 
 BLANK = 0.02
 """Share of an X-ray's pixels around which anything is to be seen, up to which it is blank."""
@@ -164,7 +167,8 @@ class LevelFit:
         if self._rendered is not None and self._moved(state.poses) <= SOFT_TISSUE_PX * self.level.size_mm:
             return
         if self.patient.has_soft_tissue:
-            self.views.render_soft_tissue(state)
+            poses = with_limited_rotations(state.poses, self.patient.scene.centres)
+            self.views.render_soft_tissue(State(poses, state.corrections))
         self._rendered = state.poses
 
     def _moved(self, poses: np.ndarray) -> float:
@@ -175,6 +179,22 @@ class LevelFit:
             for body, pose, before in zip(self.problem.bodies, poses, self._rendered, strict=True)
         ]
         return float(max(shifts))
+
+
+def with_limited_rotations(poses: np.ndarray, centres: np.ndarray) -> np.ndarray:
+    """Poses (K, 4, 4) whose rotations about the centroids (K, 3) are at most LARGEST_TURN_DEG.
+
+    The soft tissue between bones half a turn apart has no direction to turn in, and its warp refuses them: a hand
+    against the upper arm, or a bone that is lost.
+    """
+    limited = poses.copy()
+    for k, pose in enumerate(poses):
+        step = perturbation_between(np.eye(4), pose, centres[k])
+        angle = float(np.degrees(np.linalg.norm(step[:3])))
+        if angle > LARGEST_TURN_DEG:
+            step[:3] *= LARGEST_TURN_DEG / angle
+            limited[k] = about(perturbation(step), centres[k])
+    return limited
 
 
 def is_blank(observation: Observation, centre: np.ndarray) -> bool:

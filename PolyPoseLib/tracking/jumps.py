@@ -33,7 +33,7 @@ def with_jumps(patient: Patient, frames: Sequence[TrackedFrame]) -> list[Tracked
             )
             spread = sum(each.covariances[k] for each in three)
             certain[n] = delta @ np.linalg.solve(spread, delta) > SURE**2
-        usual = float(np.median(away[away > 0])) if (away > 0).any() else 0.0
+        usual = float(np.quantile(away[away > 0], 0.25)) if (away > 0).any() else 0.0
         for n in np.flatnonzero((away > max(JUMP_MM, JUMPS * usual)) & certain):
             distance = away[n] / patient.factor
             line = f"it is {distance:.1f} mm from the middle of its poses in the frames beside it"

@@ -23,7 +23,7 @@ from PolyPoseLib.simulation.xray_physics import XrayPhysics, measure
 
 NAMES = ("femur", "tibia", "patella")
 
-SMALL = {"pixels": 110, "spacing_mm": 2.0, "soft_mm": 5.0, "frames": 7, "flexion_deg": 12.0}
+SMALL = {"pixels": 110, "spacing_mm": 2.0, "soft_mm": 5.0, "frames": 5, "flexion_deg": 8.0}
 """Options of a knee that is made and followed in seconds."""
 
 WATER = 0.02
@@ -37,9 +37,10 @@ KNEE = np.array([0.0, 4.0, 6.0])
 @dataclass(frozen=True)
 class KneeOptions:
     """spacing_mm: of the CT; half_mm: of its height; pixels, arc_deg, views, field_mm: of the cameras, field at the
-    knee; frames; flexion_deg: largest; detector: None for no noise; texture_hu: of bone; soft_mm: voxels of soft tissue; shafts_mm: how much longer the
-    bones are than the CT shows; passing_mm: how far, to the left and back, the patella leaves its place in the middle
-    fifth of the frames; jump_mm: by which everything is elsewhere from the middle frame on.
+    knee; frames; flexion_deg: largest; detector: None for no noise; texture_hu: of bone; soft_mm: voxels of soft
+    tissue; shafts_mm: how much longer the bones are than the CT shows; passing_mm: how far, to the left and back, the
+    patella leaves its place in the middle fifth of the frames; jump_mm: by which everything is elsewhere from the
+    middle frame on.
     """
 
     spacing_mm: float = 1.5

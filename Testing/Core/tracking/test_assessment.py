@@ -11,7 +11,7 @@ from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.rendering.rigid import Body
 from PolyPoseLib.tracking.assessment import assess, distance_mm, overlaps
 from PolyPoseLib.tracking.comparison import better_poses
-from PolyPoseLib.tracking.frame_fit import FOLLOWING, Frame, is_blank
+from PolyPoseLib.tracking.frame_fit import FOLLOWING, Frame, is_blank, with_limited_rotations
 from PolyPoseLib.tracking.gaps import bridged
 from PolyPoseLib.tracking.intervals import half_width
 from PolyPoseLib.tracking.jumps import with_jumps
@@ -102,6 +102,20 @@ def test_pictures_without_contrast_are_blank(frame, patient):
     assert is_blank(replace(seen, mask=np.zeros(shape, bool)), centre)
 
 
+@pytest.mark.parametrize("degrees", [20.0, 164.0, 172.0, 180.0])
+def test_soft_tissue_follows_bones_up_to_half_a_turn(patient, frame, right, degrees):
+    """A bone that is turned too far keeps its centroid and its axis, and no frame is refused for it."""
+    centres = patient.scene.centres
+    turned = moved(patient, np.stack([np.eye(4)] * 3), 1, [0, degrees * 0.6, degrees * 0.8, 0, 0, 0])
+    found = with_limited_rotations(turned, centres)
+    angle = np.degrees(np.arccos(np.clip((np.trace(found[1, :3, :3]) - 1) / 2, -1, 1)))
+    assert angle == pytest.approx(min(degrees, 165.0), abs=1e-6)
+    assert np.allclose(found[1, :3, :3] @ centres[1] + found[1, :3, 3], centres[1])
+    assert np.array_equal(found[[0, 2]], turned[[0, 2]])
+    if degrees > 170:
+        frame.fit(moved(patient, right, 1, [0, 0, degrees, 0, 0, 0]), FOLLOWING[:1], patient.moving)
+
+
 @pytest.mark.parametrize("radii", [(6, 9, 14), (12, 5, 8)])
 def test_half_the_smallest_width_of_an_ellipsoid(radii):
     size = 2 * max(radii) + 5
@@ -133,29 +147,29 @@ def test_one_view_is_uncertain_along_its_beam(patient, frame, right, knee):
 
 def test_lost_poses_lie_between_those_beside_them_relative_to_the_reference(patient, knee_track):
     frames = list(knee_track.frames)
-    for n in (2, 3, 6):
+    for n in (1, 2, 4):
         sources = ("forward", "none", "forward")
         poses = frames[n].poses.copy()
         poses[1] = np.eye(4)
         frames[n] = replace(frames[n], sources=sources, poses=poses)
     found = bridged(patient, frames)
-    for n in (2, 3, 6):
+    for n in (1, 2, 4):
         error = distance_mm(
             patient, patient.enlarged(found[n].poses[1]), patient.enlarged(knee_track.frames[n].poses[1]), 1
         )
-        assert error < 8.0
+        assert error < 10.0
         assert np.sqrt(found[n].covariances[1, 3, 3]) > 10
         assert np.array_equal(found[n].poses[[0, 2]], knee_track.frames[n].poses[[0, 2]])
-    relative = [found[n].poses[1] @ np.linalg.inv(found[n].poses[0]) for n in (5, 6)]
+    relative = [found[n].poses[1] @ np.linalg.inv(found[n].poses[0]) for n in (3, 4)]
     assert np.allclose(*relative)
 
 
 def test_a_pose_that_jumps_out_of_line_is_flagged(patient, knee_track):
     frames = list(knee_track.frames)
     assert not any(line for each in with_jumps(patient, frames) for lines in each.doubts for line in lines)
-    shifted = frames[3].poses.copy()
+    shifted = frames[2].poses.copy()
     shifted[1, :3, 3] += [0, 0, 9.0]
-    frames[3] = replace(frames[3], poses=shifted)
+    frames[2] = replace(frames[2], poses=shifted)
     found = with_jumps(patient, frames)
-    assert any("from the middle" in line for line in found[3].doubts[1])
-    assert not any("from the middle" in line for line in found[3].doubts[0])
+    assert any("from the middle" in line for line in found[2].doubts[1])
+    assert not any("from the middle" in line for line in found[2].doubts[0])

@@ -74,18 +74,18 @@ def test_bones_are_followed_and_their_errors_lie_within_the_intervals(knee, knee
 
 
 def test_an_interrupted_run_goes_on_as_if_it_had_not_been(knee_sequence):
-    sequence = replace(knee_sequence, options=replace(FORWARD, last=4))
+    sequence = replace(knee_sequence, options=replace(FORWARD, last=3))
     whole, kept = track(sequence), []
 
     def stop():
-        return len(kept) >= 3
+        return len(kept) >= 2
 
     with pytest.raises(CancelledError):
         track(sequence, cancel=stop, keep=kept.append)
-    assert [each.frame for each in kept] == [0, 1, 2]
+    assert [each.frame for each in kept] == [0, 1]
     later = []
     resumed = track(sequence, done=kept, keep=later.append)
-    assert [each.frame for each in later] == [3, 4]
+    assert [each.frame for each in later] == [2, 3]
     for once, twice in zip(whole.frames, resumed.frames, strict=True):
         assert np.array_equal(once.poses, twice.poses)
         assert np.array_equal(once.covariances, twice.covariances)
@@ -121,33 +121,33 @@ def test_the_rigs_world_may_be_any(knee, knee_sequence):
             away = perturbation_between(
                 plain.frames[n].poses[k] @ world, found.frames[n].poses[k], plain.centroids[k]
             )
-            assert away @ np.linalg.solve(plain.frames[n].covariances[k], away) < 1.0
+            assert away @ np.linalg.solve(plain.frames[n].covariances[k], away) < 3.0
             assert np.linalg.norm(away[3:]) < 0.2
 
 
 def test_a_frame_that_no_camera_shows_is_bridged_and_said_to_be(knee, knee_sequence):
-    both = with_images(with_images(knee_sequence, 0, f3=1.5), 1, f3=0.0)
-    found = track(replace(both, options=replace(FORWARD, last=5)))
+    both = with_images(with_images(knee_sequence, 0, f2=1.5), 1, f2=0.0)
+    found = track(replace(both, options=replace(FORWARD, last=3)))
     mm, _ = errors(knee, found)
-    assert set(found.frames[3].sources) == {"none"}
-    assert all("no camera" in lines[0] for lines in found.frames[3].doubts)
-    assert (mm[[2, 4, 5]] < 2.0).all()
-    assert (mm[3] < 4.0).all()
-    deviations = np.sqrt(found.covariances[3, :, 3, 3])
+    assert set(found.frames[2].sources) == {"none"}
+    assert all("no camera" in lines[0] for lines in found.frames[2].doubts)
+    assert (mm[[1, 3]] < 2.0).all()
+    assert (mm[2] < 4.0).all()
+    deviations = np.sqrt(found.covariances[2, :, 3, 3])
     assert (deviations > 5.0).all()
-    assert sum("was lost in 1 of 6 frames (3)" in each for each in found.warnings) == 3
+    assert sum("was lost in 1 of 4 frames (2)" in each for each in found.warnings) == 3
 
 
 def test_a_camera_without_exposure_is_left_out_and_intervals_along_the_other_beam_grow(
     knee, knee_sequence, knee_track
 ):
-    found = track(replace(with_images(knee_sequence, 0, f3=0.7), options=replace(FORWARD, last=4)))
+    found = track(replace(with_images(knee_sequence, 0, f2=0.7), options=replace(FORWARD, last=3)))
     mm, _ = errors(knee, found)
-    widest = [np.linalg.eigvalsh(each.frames[3].covariances[0][3:, 3:])[-1] for each in (knee_track, found)]
+    widest = [np.linalg.eigvalsh(each.frames[2].covariances[0][3:, 3:])[-1] for each in (knee_track, found)]
     assert widest[1] > 4 * widest[0]
-    deviations = np.sqrt(np.trace(found.covariances[3, :, 3:, 3:], axis1=1, axis2=2))
-    assert (mm[3] < 3.5 * deviations).all()
-    assert (mm[4] < 2.0).all()
+    deviations = np.sqrt(np.trace(found.covariances[2, :, 3:, 3:], axis1=1, axis2=2))
+    assert (mm[2] < 3.5 * deviations).all()
+    assert (mm[3] < 2.0).all()
 
 
 def test_what_stands_still_keeps_its_pose(knee, knee_sequence):
