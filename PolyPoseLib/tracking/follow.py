@@ -13,7 +13,8 @@ from PolyPoseLib.data.result import installed_versions
 from PolyPoseLib.data.tracking import sequence as data
 from PolyPoseLib.data.tracking.track import Track, TrackedFrame
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.tracking.assessment import Assessment, assess
+from PolyPoseLib.registration.fit.levels import Level
+from PolyPoseLib.tracking.assessment import Assessment, assess, usual_step
 from PolyPoseLib.tracking.backward import corrected_backward
 from PolyPoseLib.tracking.comparison import better_poses
 from PolyPoseLib.tracking.first_frame import starting_poses
@@ -29,6 +30,9 @@ from PolyPoseLib.tracking.summary import reasons_for_distrust, warnings_about
 
 REMEMBERED = 20
 """Frames before one that its fit may look at."""
+
+UNEVEN_MM = 5.0
+"""Usual change of a structure's step from frame to frame, mm of the scene, beyond which its prediction is rough."""
 
 Keep = Callable[[TrackedFrame], None]
 """Called once with every frame that is fitted for good in the forward pass."""
@@ -137,7 +141,7 @@ def _next(patient: Patient, number: int, past: Sequence[TrackedFrame]) -> Tracke
     if not frame.observations:
         return lost_frame(patient, number, predicted, "no camera shows anything in this frame")
     start = patient.enlarged(predicted)
-    found = assess(patient, frame.fit(start, FOLLOWING, patient.moving), start, past)
+    found = assess(patient, frame.fit(start, _levels(patient, past), patient.moving), start, past)
     sources = ["forward"] * len(start)
     if found.suspects:
         places = [start, patient.enlarged(past[-1].poses)]
@@ -145,6 +149,13 @@ def _next(patient: Patient, number: int, past: Sequence[TrackedFrame]) -> Tracke
             places += [patient.enlarged(each.poses) for each in past[-3:-1]]
         found, sources = look_again(frame, found, start, past, places)
     return tracked_frame(patient, number, found, predicted, sources, past)
+
+
+def _levels(patient: Patient, past: Sequence[TrackedFrame]) -> tuple[Level, ...]:
+    """From coarser pixels on where no velocity is known yet, or where velocities change by more than fine ones allow."""
+    if len(past) < 2 or max(usual_step(patient, past, k) for k in patient.moving) > UNEVEN_MM:
+        return ARRIVING
+    return FOLLOWING
 
 
 def look_again(

@@ -23,7 +23,7 @@ from PolyPoseLib.simulation.xray_physics import XrayPhysics, measure
 
 NAMES = ("femur", "tibia", "patella")
 
-SMALL = {"pixels": 110, "spacing_mm": 2.0, "soft_mm": 5.0, "frames": 5, "flexion_deg": 8.0}
+SMALL = {"pixels": 110, "spacing_mm": 2.0, "soft_mm": 5.0, "frames": 5, "flexion_deg": 5.0, "sway_mm": 1.5}
 """Options of a knee that is made and followed in seconds."""
 
 WATER = 0.02
@@ -38,7 +38,7 @@ KNEE = np.array([0.0, 4.0, 6.0])
 class KneeOptions:
     """spacing_mm: of the CT; half_mm: of its height; pixels, arc_deg, views, field_mm: of the cameras, field at the
     knee; frames; flexion_deg: largest; detector: None for no noise; texture_hu: of bone; soft_mm: voxels of soft
-    tissue; shafts_mm: how much longer the bones are than the CT shows; passing_mm: how far, to the left and back, the
+    tissue; sway_mm: of the whole leg; shafts_mm: how much longer the bones are than the CT shows; passing_mm: how far, to the left and back, the
     patella leaves its place in the middle fifth of the frames; jump_mm: by which everything is elsewhere from the
     middle frame on.
     """
@@ -57,6 +57,7 @@ class KneeOptions:
     shafts_mm: float = 45.0
     passing_mm: tuple[float, float] = (0.0, 0.0)
     jump_mm: float = 0.0
+    sway_mm: float = 4.0
 
 
 class MovingKnee:
@@ -190,7 +191,7 @@ class MovingKnee:
         poses = np.zeros((count, 3, 4, 4))
         for f in range(count):
             wave = sway @ [np.sin(2 * np.pi * phase[f]), 1 - np.cos(2 * np.pi * phase[f])]
-            thigh = _motion(0.4 * o.flexion_deg * wave[:3] / 4, 4 * wave[3:], KNEE)
+            thigh = _motion(0.4 * o.flexion_deg * wave[:3] / 4, o.sway_mm * wave[3:], KNEE)
             turn = np.array([-bend[f], 0.04 * bend[f], 0.15 * bend[f]])
             roll = np.array([0.0, 0.08 * bend[f], 0.0])
             tibia = thigh @ _motion(turn, roll, KNEE)

@@ -165,11 +165,16 @@ def test_lost_poses_lie_between_those_beside_them_relative_to_the_reference(pati
 
 
 def test_a_pose_that_jumps_out_of_line_is_flagged(patient, knee_track):
-    frames = list(knee_track.frames)
-    assert not any(line for each in with_jumps(patient, frames) for lines in each.doubts for line in lines)
-    shifted = frames[2].poses.copy()
+    first, frames = knee_track.frames[0], []
+    for n in range(12):
+        poses = first.poses.copy()
+        poses[:, :3, 3] += [0.1 * n, -0.05 * n**2, 0.3 * n]
+        frames.append(replace(first, frame=n, poses=poses))
+    assert with_jumps(patient, frames) == frames
+    shifted = frames[5].poses.copy()
     shifted[1, :3, 3] += [0, 0, 9.0]
-    frames[2] = replace(frames[2], poses=shifted)
+    frames[5] = replace(frames[5], poses=shifted)
     found = with_jumps(patient, frames)
-    assert any("from the middle" in line for line in found[2].doubts[1])
-    assert not any("from the middle" in line for line in found[2].doubts[0])
+    assert "9.0 mm from the middle" in found[5].doubts[1][-1]
+    assert all(found[n].doubts[k] == () for n in range(12) for k in (0, 2))
+    assert all(found[n].doubts[1] == () for n in (0, 1, 2, 3, 7, 8, 9, 10, 11))
