@@ -1,18 +1,18 @@
 """Bones in motion: how well are they followed, how honest are the intervals, and what does a frame cost?
 
-Three bones of a knee bend by 60 degrees in front of calibrated cameras. Bones are rigid volumes whose shafts go on where
-the CT ends, each projected by itself by another program than the product's renderer; the soft tissue is drawn anew
-around the bones in every frame, so that it follows no model of the product's; photons, scatter, blur and 12 bits are
-those of a C-arm. In "pelvis" the hips of a real CT bend, and soft tissue follows Laplace's equation
+Three bones of a knee bend by 60 degrees in front of calibrated cameras. Bones are rigid volumes whose shafts go on
+where the CT ends, each projected by itself by another program than the product's renderer; the soft tissue is drawn
+anew around the bones in every frame, so that it follows no model of the product's; photons, scatter, blur and 12 bits
+are those of a C-arm. In "pelvis" the hips of a real CT bend, and soft tissue follows Laplace's equation
 (PolyPoseLib.simulation.sequences). Every sequence is tracked in a process of its own. "loop" registers a few frames of
-the same sequence by themselves, each given the cameras that the true pose of the anchor makes: the other bones alone are
-to be found.
+the same sequence by themselves, each given the cameras that the true pose of the anchor makes: the other bones alone
+are to be found.
 
     python Testing/Benchmarks/tracking.py --seeds 10 11 12
     python Testing/Benchmarks/tracking.py --cases one_view jump --frames 40
 
 Rows that are in the results file already are not run again unless --again is given. The numbers of
-PolyPoseLib/tracking/intervals.py were chosen on seeds 0 to 2; the tables hold others.
+PolyPoseLib/tracking/intervals.py were chosen on seed 0; the tables hold others.
 """
 
 from __future__ import annotations

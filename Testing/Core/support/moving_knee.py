@@ -36,11 +36,13 @@ KNEE = np.array([0.0, 4.0, 6.0])
 
 @dataclass(frozen=True)
 class KneeOptions:
-    """spacing_mm: of the CT; half_mm: of its height; pixels, arc_deg, views, field_mm: of the cameras, field at the
-    knee; frames; flexion_deg: largest; detector: None for no noise; texture_hu: of bone; soft_mm: voxels of soft
-    tissue; sway_mm: of the whole leg; shafts_mm: how much longer the bones are than the CT shows; passing_mm: how far, to the left and back, the
-    patella leaves its place in the middle fifth of the frames; jump_mm: by which everything is elsewhere from the
-    middle frame on.
+    """How the knee is made, how it moves, and who looks at it.
+
+    spacing_mm: of the CT; half_mm: of its height; pixels, arc_deg, views, field_mm: of the cameras, field at the knee;
+    frames; flexion_deg: largest; detector: None for no noise; texture_hu: of bone; soft_mm: voxels of soft tissue;
+    shafts_mm: how much longer the bones are than the CT shows; passing_mm: how far, to the left and back, the patella
+    leaves its place in the middle fifth of the frames; jump_mm: by which everything is elsewhere from the middle frame
+    on; sway_mm: of the whole leg.
     """
 
     spacing_mm: float = 1.5
