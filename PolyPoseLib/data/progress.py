@@ -58,8 +58,7 @@ class Monitor:
 
         level_mm: size of the pixels and voxels that are compared, in the patient.
         """
-        if self._cancel is not None and self._cancel():
-            raise CancelledError("The registration was cancelled.")
+        self.poll()
         if similarity is not None:
             entry = {
                 "stage": stage,
@@ -71,6 +70,11 @@ class Monitor:
         if self._progress is not None:
             path = preview() if preview is not None else None
             self._progress(Progress(stage, iteration, of, similarity, self.elapsed, path))
+
+    def poll(self) -> None:
+        """Raise CancelledError when the caller wants to stop."""
+        if self._cancel is not None and self._cancel():
+            raise CancelledError("The registration was cancelled.")
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:

@@ -60,6 +60,14 @@ def about(motion: np.ndarray, centre: np.ndarray) -> np.ndarray:
     return moved
 
 
+def orthonormalised(poses: np.ndarray) -> np.ndarray:
+    """Rigid motions (..., 4, 4) with the nearest rotations: products of many drift away from them by rounding."""
+    nearest = np.array(poses, dtype=np.float64)
+    left, _, right = np.linalg.svd(nearest[..., :3, :3])
+    nearest[..., :3, :3] = left @ right
+    return nearest
+
+
 def perturbation_between(first: np.ndarray, second: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """(6,) the perturbation, on the left and about ``centre`` (3,) mm, that leads from one pose (4, 4) to another."""
     motion = second @ rigid_inverse(first)

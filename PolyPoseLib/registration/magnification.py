@@ -16,6 +16,7 @@ import numpy as np
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.result import CameraResult, Result, StructureResult
 from PolyPoseLib.data.study import Study
+from PolyPoseLib.data.tracking.sequence import Sequence
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.data.xray import Xray
 
@@ -29,8 +30,8 @@ LARGEST = 8.0
 _SAMPLES = 20000
 
 
-def magnification_of(study: Study) -> float:
-    """The factor, 1 or larger, at which a study's anatomy is registered."""
+def magnification_of(study: Study | Sequence) -> float:
+    """The factor, 1 or larger, at which the anatomy of a study, or of a sequence, is registered."""
     labels = study.structures.labels
     places = np.flatnonzero(labels)
     places = places[:: max(1, len(places) // _SAMPLES)]
@@ -43,12 +44,12 @@ def magnification_of(study: Study) -> float:
 def magnified(study: Study, factor: float) -> Study:
     """The study with all lengths, and all line integrals, larger by a factor; it is valid as the study is."""
     changes: dict[str, Any] = {
-        "ct": _volume(study.ct, factor),
+        "ct": magnified_volume(study.ct, factor),
         "xrays": tuple(_xray(xray, factor) for xray in study.xrays),
         "source_segmentation": None
         if study.source_segmentation is None
-        else _volume(study.source_segmentation, factor),
-        "initial_poses": {name: _moved(pose, factor) for name, pose in study.initial_poses.items()},
+        else magnified_volume(study.source_segmentation, factor),
+        "initial_poses": {name: magnified_motion(pose, factor) for name, pose in study.initial_poses.items()},
     }
     larger = copy(study)
     for name, value in changes.items():
@@ -60,20 +61,24 @@ def at_true_size(result: Result, factor: float) -> Result:
     """The result of a study that was magnified, in the patient's millimetres."""
     back = 1 / factor
     cameras = [
-        CameraResult(each.camera.with_extrinsic(_moved(each.extrinsic, back)), each.similarity, each.name)
+        CameraResult(
+            each.camera.with_extrinsic(magnified_motion(each.extrinsic, back)), each.similarity, each.name
+        )
         for each in result.cameras
     ]
     return replace(
         result,
         structures={name: _structure(each, back) for name, each in result.structures.items()},
         cameras=cameras,
-        warped_ct=_volume(result.warped_ct, back),
-        warped_labels=_volume(result.warped_labels, back),
+        warped_ct=magnified_volume(result.warped_ct, back),
+        warped_labels=magnified_volume(result.warped_labels, back),
         transform=field_at_true_size(result.transform, factor),
         inverse_transform=None
         if result.inverse_transform is None
         else field_at_true_size(result.inverse_transform, factor),
-        structure_labels=None if result.structure_labels is None else _volume(result.structure_labels, back),
+        structure_labels=None
+        if result.structure_labels is None
+        else magnified_volume(result.structure_labels, back),
         renderings_before=[image * np.float32(back) for image in result.renderings_before],
         renderings_after=[image * np.float32(back) for image in result.renderings_after],
         xray_images=[image * np.float32(back) for image in result.xray_images],
@@ -85,7 +90,8 @@ def field_at_true_size(field: DisplacementField, factor: float) -> DisplacementF
     return DisplacementField(field.vectors / np.float32(factor), _scaled_affine(field.affine, 1 / factor))
 
 
-def _volume(volume: Volume, factor: float) -> Volume:
+def magnified_volume(volume: Volume, factor: float) -> Volume:
+    """A volume whose voxels are larger by a factor."""
     return replace(volume, affine=_scaled_affine(volume.affine, factor))
 
 
@@ -96,7 +102,7 @@ def _scaled_affine(affine: np.ndarray, factor: float) -> np.ndarray:
     return scaled
 
 
-def _moved(rigid: np.ndarray, factor: float) -> np.ndarray:
+def magnified_motion(rigid: np.ndarray, factor: float) -> np.ndarray:
     """A rigid motion (4, 4) between two frames that are both larger."""
     moved = np.array(rigid, dtype=np.float64)
     moved[:3, 3] *= factor
@@ -112,14 +118,14 @@ def _xray(xray: Xray, factor: float) -> Xray:
     return replace(
         xray,
         image=xray.image * np.float32(factor),
-        extrinsic=None if xray.extrinsic is None else _moved(xray.extrinsic, factor),
+        extrinsic=None if xray.extrinsic is None else magnified_motion(xray.extrinsic, factor),
         pixel_spacing_mm=(factor * rows, factor * columns),
         source_to_detector_mm=factor * xray.source_to_detector_mm,
         initial_radius=None if radius is None else (radius[0], factor * radius[1]),
         isocenter=point(xray.isocenter),
         table_mm=point(xray.table_mm),
         landmarks=None if landmarks is None else replace(landmarks, points=factor * landmarks.points),
-        rig=None if rig is None else replace(rig, extrinsic=_moved(rig.extrinsic, factor)),
+        rig=None if rig is None else replace(rig, extrinsic=magnified_motion(rig.extrinsic, factor)),
     )
 
 
@@ -136,5 +142,5 @@ def _structure(structure: StructureResult, back: float) -> StructureResult:
             "across_mm": [back * each for each in stated["across_mm"]],
         }
     return StructureResult.from_pose(
-        _moved(structure.fixed_to_moving, back), back * structure.centroid, stated, structure.doubts
+        magnified_motion(structure.fixed_to_moving, back), back * structure.centroid, stated, structure.doubts
     )

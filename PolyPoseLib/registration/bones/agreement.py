@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from PolyPoseLib.registration.fit.levels import COMPARISON_LEVEL, Observation
-from PolyPoseLib.registration.fit.problem import View
+from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.fit.weighting import dilated, mark_shown, reliability
 from PolyPoseLib.registration.run import Run
@@ -101,8 +101,13 @@ def structure_agreement(run: Run, observations: Sequence[Observation], poses: np
         Of the K structures with the N X-rays.
 
     """
-    residuals, support, contrast = np.full((3, len(poses), len(observations)), np.nan)
-    for k, n, shown in _shown_structures(run, observations, poses):
+    return agreement_in(*_posed(run, observations, poses))
+
+
+def agreement_in(problem: RigidProblem, state: State) -> Agreement:
+    """Of every structure of a problem with its views, at COMPARISON_LEVEL, in front of their soft tissue."""
+    residuals, support, contrast = np.full((3, len(state.poses), len(problem.views)), np.nan)
+    for k, n, shown in _shown_structures(problem, state):
         residuals[k, n] = shown.residual()
         support[k, n], contrast[k, n] = shown.support_and_contrast()
     return Agreement(residuals, support, contrast)
@@ -111,7 +116,7 @@ def structure_agreement(run: Run, observations: Sequence[Observation], poses: np
 def structure_residuals(run: Run, observations: Sequence[Observation], poses: np.ndarray) -> np.ndarray:
     """(K, N) mean squared residuals, as :class:`Agreement` holds them, for less work."""
     residuals = np.full((len(poses), len(observations)), np.nan)
-    for k, n, shown in _shown_structures(run, observations, poses):
+    for k, n, shown in _shown_structures(*_posed(run, observations, poses)):
         residuals[k, n] = shown.residual()
     return residuals
 
@@ -144,13 +149,14 @@ class _Shown:
         return _correlation(adds, lacks, weights), float(np.average(adds**2, weights=weights))
 
 
-def _shown_structures(
-    run: Run, observations: Sequence[Observation], poses: np.ndarray
-) -> Iterator[tuple[int, int, _Shown]]:
+def _posed(run: Run, observations: Sequence[Observation], poses: np.ndarray) -> tuple[RigidProblem, State]:
+    """All structures at poses (K, 4, 4), as they are compared with their X-rays."""
+    return LevelViews(run, observations, COMPARISON_LEVEL).posed_structures(poses)
+
+
+def _shown_structures(problem: RigidProblem, state: State) -> Iterator[tuple[int, int, _Shown]]:
     """(structure, X-ray, what it shows there) wherever a structure shows in enough pixels."""
-    level = LevelViews(run, observations, COMPARISON_LEVEL)
-    problem, state = level.posed_structures(poses)
-    for n, view in enumerate(level.views):
+    for n, view in enumerate(problem.views):
         image, parts = problem.render(state, n)
         normalised = view.contrast.normalise(image).values
         for k, part in enumerate(parts):

@@ -82,7 +82,7 @@ def restart_bones(
     for n, (k, neighbour) in enumerate(order):
         run.step(n, len(order))
         starts = list(_starts(run.scene, state.poses, k, neighbour, far))
-        found = _best_of(problem, state, k, starts, level.iterations)
+        found = best_of(problem, state, k, starts, level.iterations)
         state = state.with_pose(k, state.poses[neighbour] if found is None else found)
     return state.poses
 
@@ -135,10 +135,13 @@ def _far_starts(neighbour_pose: np.ndarray, joint: Articulation) -> Iterator[np.
                 yield neighbour_pose @ about(perturbation(np.r_[turn, np.zeros(3)]), place)
 
 
-def _best_of(
+def best_of(
     problem: RigidProblem, state: State, k: int, starts: Sequence[np.ndarray], iterations: int
 ) -> np.ndarray | None:
-    """The pose (4, 4) at which the best of the starts ends; None where no X-ray shows the bone."""
+    """The pose (4, 4) at which the best of a bone's starts ends; None where no X-ray shows the bone.
+
+    The other bones and the cameras stand still.
+    """
     views = [_view_of_one_bone(problem, state, n, k, starts) for n in range(len(problem.views))]
     alone = problem_of_one_bone(problem, state, k, views)
     if alone is None:

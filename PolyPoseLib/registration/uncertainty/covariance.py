@@ -8,6 +8,7 @@ of the scores times inverse curvature (Liang and Zeger, Biometrika 73, 1986).
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,7 +16,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.registration.fit.problem import RigidProblem, State
+from PolyPoseLib.registration.fit.problem import Linearised, RigidProblem, State
 
 PATCHES_PER_CLUSTER = 2
 """Clusters are this many patches of the local contrast wide."""
@@ -169,10 +170,31 @@ def pose_uncertainties(problem: RigidProblem, state: State) -> dict[int, PoseUnc
     K.-Y. Liang and S. Zeger, "Longitudinal data analysis using generalized linear models", Biometrika 73 (1986).
 
     """
+    linear = (problem.linearise(state, n) for n in range(len(problem.views)))
+    curvature, spread = score_statistics(problem, linear)
+    unseen = np.tile(_UNSEEN, problem.size // 6)
+    # The prior enters in the residual's own unit, so that it matters only where the images say nothing.
+    noise = max(float(np.trace(spread) / max(np.trace(curvature), 1e-12)), LEAST_NOISE)
+    prior = noise * (INFLATION / unseen) ** 2
+    inverse = np.linalg.inv(curvature + np.diag(prior))
+    covariance = INFLATION**2 * inverse @ (spread + np.diag(noise * prior)) @ inverse
+    floor = np.diag([np.radians(SYSTEMATIC_ROTATION_DEG)] * 3 + [SYSTEMATIC_TRANSLATION_MM] * 3) ** 2
+    return {
+        k: PoseUncertainty(covariance[6 * n : 6 * n + 6, 6 * n : 6 * n + 6] + floor)
+        for n, k in enumerate(problem.free_poses)
+    }
+
+
+def score_statistics(
+    problem: RigidProblem, linearised: Iterable[Linearised]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Curvature (P, P) of the images' cost at a problem's optimum, and the spread (P, P) of its scores by clusters.
+
+    linearised: the problem's views there, in their order.
+    """
     curvature = np.zeros((problem.size, problem.size))
     spread = np.zeros((problem.size, problem.size))
-    for n, view in enumerate(problem.views):
-        linear = problem.linearise(state, n)
+    for view, linear in zip(problem.views, linearised, strict=True):
         if not linear.blocks:
             continue  # it shows nothing that may move
         used = view.weight > 0
@@ -185,17 +207,7 @@ def pose_uncertainties(problem: RigidProblem, state: State) -> dict[int, PoseUnc
         curvature[where] += weighted[:, used] @ jacobian[:, used].T
         sums = cluster_sums(weighted * linear.residual, PATCHES_PER_CLUSTER * view.contrast.size)
         spread[where] += sums @ sums.T
-    unseen = np.tile(_UNSEEN, problem.size // 6)
-    # The prior enters in the residual's own unit, so that it matters only where the images say nothing.
-    noise = max(float(np.trace(spread) / max(np.trace(curvature), 1e-12)), LEAST_NOISE)
-    prior = noise * (INFLATION / unseen) ** 2
-    inverse = np.linalg.inv(curvature + np.diag(prior))
-    covariance = INFLATION**2 * inverse @ (spread + np.diag(noise * prior)) @ inverse
-    floor = np.diag([np.radians(SYSTEMATIC_ROTATION_DEG)] * 3 + [SYSTEMATIC_TRANSLATION_MM] * 3) ** 2
-    return {
-        k: PoseUncertainty(covariance[6 * n : 6 * n + 6, 6 * n : 6 * n + 6] + floor)
-        for n, k in enumerate(problem.free_poses)
-    }
+    return curvature, spread
 
 
 def cluster_sums(images: np.ndarray, size: int) -> np.ndarray:

@@ -1,0 +1,1 @@
+"""Bones followed from frame to frame of X-ray sequences."""

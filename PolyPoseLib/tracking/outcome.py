@@ -1,0 +1,77 @@
+"""What is kept of a frame, in the patient's millimetres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from PolyPoseLib.data.tracking.track import TrackedFrame
+from PolyPoseLib.geometry.rigid import orthonormalised
+from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
+from PolyPoseLib.tracking.assessment import Assessment
+from PolyPoseLib.tracking.patient import Patient
+
+GIVEN = PoseUncertainty.independent(0.1, 0.1)
+"""Of a pose that somebody vouches for."""
+
+
+def tracked_frame(
+    patient: Patient,
+    number: int,
+    found: Assessment,
+    predicted: np.ndarray,
+    sources: Sequence[str],
+    beside: Sequence[TrackedFrame],
+) -> TrackedFrame:
+    """A frame whose lost structures stand where they were expected.
+
+    Parameters
+    ----------
+    patient : Patient
+        The structures.
+    number : int
+        Of the frame.
+    found : Assessment
+        Of its fit.
+    predicted : (K, 4, 4) ndarray
+        In the patient's mm.
+    sources : sequence of str
+        Where the poses come from.
+    beside : sequence of TrackedFrame
+        From which structures that stand still have their covariance.
+
+    Returns
+    -------
+    TrackedFrame
+        With the source "none" for what was lost.
+
+    """
+    poses = orthonormalised(patient.at_true_size(found.fit.poses))
+    covariances = patient.covariances_at_true_size(found.covariances)
+    origin = list(sources)
+    for k in found.lost:
+        poses[k], covariances[k], origin[k] = predicted[k], PoseUncertainty.unseen().covariance, "none"
+    for k in patient.still:
+        if beside:
+            poses[k], covariances[k], origin[k] = (
+                beside[-1].poses[k],
+                beside[-1].covariances[k],
+                beside[-1].sources[k],
+            )
+        elif origin[k] == "given":  # somebody vouches for it
+            poses[k], covariances[k] = predicted[k], GIVEN.covariance
+    return TrackedFrame(number, poses, covariances, found.residuals, found.doubts, tuple(origin))
+
+
+def lost_frame(patient: Patient, number: int, predicted: np.ndarray, why: str) -> TrackedFrame:
+    """A frame of which nothing is known but what those beside it say; predicted: (K, 4, 4) in the patient's mm."""
+    count = len(predicted)
+    return TrackedFrame(
+        number,
+        predicted,
+        np.stack([PoseUncertainty.unseen().covariance] * count),
+        np.ones(count),
+        ((why,),) * count,
+        ("none",) * count,
+    )

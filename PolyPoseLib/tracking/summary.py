@@ -1,0 +1,60 @@
+"""What people should know of a whole track."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from PolyPoseLib.data.tracking.track import TrackedFrame
+from PolyPoseLib.tracking.patient import Patient
+from PolyPoseLib.tracking.prediction import is_found
+
+MOSTLY = 0.5
+"""Share of the frames in which a structure is lost from which on its track is not to be trusted."""
+
+
+def warnings_about(patient: Patient, frames: Sequence[TrackedFrame]) -> Iterator[str]:
+    """Sentences about structures that were lost or are doubtful in some frames."""
+    for k, name in enumerate(patient.scene.names):
+        lost = [each.frame for each in frames if not is_found(each, k)]
+        doubtful = [each.frame for each in frames if each.doubts[k] and is_found(each, k)]
+        if lost:
+            yield (
+                f'"{name}" was lost in {_count(lost, frames)} ({_ranges(lost)}): its poses there are interpolated from '
+                "the frames beside them."
+            )
+        if doubtful:
+            yield f'The pose of "{name}" is doubtful in {_count(doubtful, frames)} ({_ranges(doubtful)}).'
+    if patient.scene.bare:
+        yield (
+            "The CT holds bones alone: its renderings lack the soft tissue that the X-rays show, and poses are less "
+            "certain; give the whole CT if there is one."
+        )
+
+
+def reasons_for_distrust(patient: Patient, frames: Sequence[TrackedFrame]) -> Iterator[str]:
+    """Sentences about structures that were never really followed."""
+    for k, name in enumerate(patient.scene.names):
+        if k in patient.still:
+            continue
+        share = sum(not is_found(each, k) for each in frames) / len(frames)
+        if share > MOSTLY:
+            yield (
+                f'"{name}" was lost in {share:.0%} of the frames: check the cameras, and the poses of the first frame '
+                "in the overlay."
+            )
+
+
+def _count(some: Sequence[int], frames: Sequence[TrackedFrame]) -> str:
+    return f"{len(some)} of {len(frames)} frames"
+
+
+def _ranges(numbers: Sequence[int], most: int = 5) -> str:
+    """Numbers in order as ranges, such as "3-7, 9"; long lists are cut."""
+    parts: list[list[int]] = []
+    for number in numbers:
+        if parts and number == parts[-1][1] + 1:
+            parts[-1][1] = number
+        else:
+            parts.append([number, number])
+    texts = [f"{a}" if a == b else f"{a}-{b}" for a, b in parts[:most]]
+    return ", ".join(texts) + (", ..." if len(parts) > most else "")
