@@ -29,12 +29,14 @@ from PolyPoseLib.io.json_records import (
     whole_number,
 )
 from PolyPoseLib.io.study_schema import MAX_BYTES, MAX_LABELS, structure_name
+from PolyPoseLib.io.tracking.joint_schema import check_landmark_names, joints
 from PolyPoseLib.io.xray.fields import FIELDS, XrayFields
 
 REQUIRED = ("ct", "segmentation", "structures", "reference", "frames_per_second", "cameras")
 
 OPTIONAL = (
-    "version", "still", "cameras_from", "initial_poses", "landmarks", "options", "ct_series", "label_table", "comment",
+    "version", "still", "cameras_from", "initial_poses", "landmarks", "joints", "options", "ct_series", "label_table",
+    "comment",
 )  # fmt: skip
 
 NOT_OF_CAMERAS = (
@@ -90,7 +92,9 @@ def check(fields: Mapping[str, Any], name: str) -> None:
         record.optional("still", _names(known))
         record.optional("cameras_from", nonempty)
         record.optional("initial_poses", study_schema.initial_poses(fields["structures"]))
-        record.optional("landmarks", landmarks)
+        points = record.optional("landmarks", landmarks) or {}
+        check_landmark_names(points, fields["structures"], '"landmarks"')
+        record.optional("joints", joints(fields["structures"]))
         record.optional("options", track_options)
         study_schema.check_ct_fields(fields)
     except InputError as error:

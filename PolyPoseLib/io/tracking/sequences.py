@@ -22,7 +22,10 @@ from PolyPoseLib.io.segmentations import read_segmentation
 from PolyPoseLib.io.study_schema import initial_poses
 from PolyPoseLib.io.tracking import schema
 from PolyPoseLib.io.tracking.cameras import ReadCamera, read_camera
+from PolyPoseLib.io.tracking.joint_schema import joints as parsed_joints
+from PolyPoseLib.io.tracking.joint_schema import those_that_are_there
 from PolyPoseLib.io.volumes import read_ct_with_warnings
+from PolyPoseLib.kinematics.joint_motions import axes_of_joints
 
 NARROW_DEG = 8.0
 """Cameras that differ by less in direction show next to no depth."""
@@ -93,8 +96,15 @@ def load_sequence(
         for warning in warnings:
             _LOG.warning(warning)
         known = structures.names  # a structure that was left out has its warning
+        joints, landmarks, odd_joints = those_that_are_there(
+            parsed_joints(fields["structures"])(fields.get("joints") or [], '"joints"'),
+            schema.landmarks(fields.get("landmarks") or {}, '"landmarks"'),
+            known,
+        )
+        for warning in odd_joints:
+            _LOG.warning(warning)
         poses = initial_poses(fields["structures"])(fields.get("initial_poses") or {}, '"initial_poses"')
-        return Sequence(
+        sequence = Sequence(
             ct=ct,
             structures=structures,
             views=views,
@@ -102,10 +112,13 @@ def load_sequence(
             reference=fields["reference"],
             initial_poses={name: pose for name, pose in poses.items() if name in known},
             still=tuple(dict.fromkeys(name for name in fields.get("still") or () if name in known)),
-            landmarks=schema.landmarks(fields.get("landmarks") or {}, '"landmarks"'),
+            landmarks=landmarks,
+            joints=joints,
             options=settings,
-            warnings=warnings,
+            warnings=(*warnings, *odd_joints),
         )
+        axes_of_joints(sequence)  # landmarks that name no axes are better known before hours of tracking
+        return sequence
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 

@@ -19,6 +19,7 @@ from PolyPoseLib.io.json_records import json_text, parse_object
 from PolyPoseLib.io.tracking.autoscoper import is_mirrored, volume_poses, volume_to_ct, write_tra
 from PolyPoseLib.io.tracking.file_names import file_stems
 from PolyPoseLib.io.tracking.frame_records import require_sound
+from PolyPoseLib.io.tracking.joint_files import write_plots_of, write_tables_of, write_video_of
 from PolyPoseLib.io.tracking.posed_files import BYTES_OF_SURFACES, write_surfaces, write_warped
 from PolyPoseLib.io.tracking.poses_table import write_poses
 from PolyPoseLib.io.tracking.readme import README, readme_text
@@ -32,7 +33,7 @@ MAX_BYTES = 2 << 30
 
 Writer = Callable[[Track, Sequence, Path], None]
 
-MORE_FILES: tuple[Writer, ...] = ()
+MORE_FILES: tuple[Writer, ...] = (write_tables_of, write_plots_of, write_video_of)
 """What else is written into the folder, each from the track, the sequence and the folder: joint tables, plots, the
 overlay video. What cannot be made is left out with a warning."""
 
