@@ -225,7 +225,7 @@ def test_a_killed_run_loses_one_frame_and_goes_on_to_the_same_track(tmp_path, nu
         assert begun == [fitted], "it goes on with the frame that was under way"
         time.sleep(rng.uniform(0, 0.06))
         child.send_signal(number)
-        out, err = child.communicate(timeout=60)
+        out, err = child.communicate(timeout=300)
         begun += [int(line) for line in out.split() if line.isdigit()]
         if child.returncode == 0:
             break
@@ -238,7 +238,7 @@ def test_a_killed_run_loses_one_frame_and_goes_on_to_the_same_track(tmp_path, nu
             break
     if not output.exists():
         child = started(path, output, "--resume")
-        assert child.communicate(timeout=60) and child.returncode == 0
+        assert child.communicate(timeout=300) and child.returncode == 0
     assert all(map(same, load_track(output).frames, [frame_at(each) for each in range(FRAMES)]))
     assert sorted(each.name for each in tmp_path.iterdir()) == ["out", "walk"]
 
