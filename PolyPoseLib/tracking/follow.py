@@ -145,14 +145,14 @@ def _next(patient: Patient, number: int, past: Sequence[TrackedFrame]) -> Tracke
     sources = ["forward"] * len(start)
     if found.suspects:
         places = [start, patient.enlarged(past[-1].poses)]
-        if any(not is_found(past[-1], k) for k in found.suspects):
+        if any(past[-1].doubts[k] or not is_found(past[-1], k) for k in found.suspects):
             places += [patient.enlarged(each.poses) for each in past[-3:-1]]
         found, sources = look_again(frame, found, start, past, places)
     return tracked_frame(patient, number, found, predicted, sources, past)
 
 
 def _levels(patient: Patient, past: Sequence[TrackedFrame]) -> tuple[Level, ...]:
-    """From coarser pixels on where no velocity is known yet, or where velocities change by more than fine ones allow."""
+    """From coarser pixels on where no velocity is known yet, or where velocities change by too much for fine ones."""
     if len(past) < 2 or max(usual_step(patient, past, k) for k in patient.moving) > UNEVEN_MM:
         return ARRIVING
     return FOLLOWING

@@ -47,6 +47,9 @@ LARGEST_TURN_DEG = 165.0
 BLANK = 0.02
 """Share of an X-ray's pixels around which anything is to be seen, up to which it is blank."""
 
+BLANK_PIXELS = 100
+"""Rows or columns of an X-ray that are looked at for that."""
+
 STANDS_OUT = 3.0
 """Standard deviations of noise beyond which contrast is something to be seen."""
 
@@ -97,8 +100,7 @@ class Frame:
     def __init__(self, patient: Patient, number: int) -> None:
         self.patient, self.number = patient, number
         every = patient.observations(number)
-        centre = patient.scene.anchor_centre
-        self.shown = [n for n, each in enumerate(every) if not is_blank(each, centre)]
+        self.shown = [n for n, each in enumerate(every) if not is_blank(each)]
         self.observations = [every[n] for n in self.shown]
 
     def fit(self, start: np.ndarray, levels: Sequence[Level], free: Sequence[int]) -> FrameFit:
@@ -197,23 +199,12 @@ def with_limited_rotations(poses: np.ndarray, centres: np.ndarray) -> np.ndarray
     return limited
 
 
-def is_blank(observation: Observation, centre: np.ndarray) -> bool:
-    """Whether an X-ray shows nothing: no exposure, a closed shutter, a frame that was dropped.
+def is_blank(observation: Observation) -> bool:
+    """Whether an X-ray shows nothing, wherever the patient is: no exposure, a closed shutter, a frame that was dropped.
 
-    Parameters
-    ----------
-    observation : Observation
-        The X-ray.
-    centre : (3,) ndarray
-        LPS mm, for the size of its pixels.
-
-    Returns
-    -------
-    bool
-        True where hardly a pixel has a contrast that is more than noise.
-
+    True where hardly a pixel differs from those a few hundredths of the image away by more than noise.
     """
-    factor = max(1, round(COARSE.size_mm / pixel_size_mm(observation.camera, centre)))
+    factor = max(1, min(observation.image.shape) // BLANK_PIXELS)
     values = observation.image[::factor, ::factor]
     used = observation.mask[::factor, ::factor]
     if used.sum() < 64:

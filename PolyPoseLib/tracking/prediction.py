@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from PolyPoseLib.geometry.rigid import (
     perturbation_between,
     rigid_inverse,
 )
+
+EXPECTED_DEG, EXPECTED_MM = 4.0, 4.0
+"""Standard deviations of a step from one frame to the next."""
 
 
 def is_found(frame: TrackedFrame, k: int) -> bool:
@@ -43,6 +47,7 @@ def predicted_poses(
         Fixed to moving.
 
     """
+    past = [*past[:-1], _with_what_was_expected(past, centres)]
     poses = past[-1].poses.copy()
     if moves_on and len(past) > 1:
         before, last = past[-2:]
@@ -55,6 +60,25 @@ def predicted_poses(
             seen = next((each for each in reversed(past) if is_found(each, k)), past[-1])
             poses[k] = seen.poses[k] @ rigid_inverse(seen.poses[reference]) @ poses[reference]
     return orthonormalised(poses)
+
+
+def _with_what_was_expected(past: Sequence[TrackedFrame], centres: np.ndarray) -> TrackedFrame:
+    """The last frame with poses that count as far as they are more certain than what was to be expected.
+
+    Where a single camera saw a structure for a frame, its place along the beam is better taken from the frames before.
+    """
+    last = past[-1]
+    if len(past) == 1:
+        return last
+    expected, poses = past[-2], last.poses.copy()
+    likely = np.diag([np.radians(EXPECTED_DEG)] * 3 + [EXPECTED_MM] * 3) ** 2
+    for k, centre in enumerate(centres):
+        if is_found(last, k) and is_found(expected, k):
+            step = perturbation_between(expected.poses[k], last.poses[k], centre)
+            prior = likely + expected.covariances[k]
+            share = prior @ np.linalg.solve(prior + last.covariances[k], step)
+            poses[k] = about(perturbation(share), centre) @ expected.poses[k]
+    return replace(last, poses=poses)
 
 
 def _velocity(before: TrackedFrame, last: TrackedFrame, k: int, centre: np.ndarray) -> np.ndarray:

@@ -191,12 +191,12 @@ def knee(case: Case, seed: int, arguments: argparse.Namespace) -> Truth:
 def pelvis(seed: int, arguments: argparse.Namespace) -> Truth:
     """Hips of the sample CT that bend by 60 degrees and back."""
     from benchmark_cases import STRUCTURES
-    from PolyPoseLib.simulation.sequence_options import SequenceOptions
-    from PolyPoseLib.simulation.sequences import rig_cameras, simulate_sequence
 
     from PolyPoseLib.data.structures import structures_from_labels
     from PolyPoseLib.io.samples import CT_FILE, LABELS_FILE, fetch_sample
     from PolyPoseLib.io.volumes import read_ct, read_volume
+    from PolyPoseLib.simulation.sequence_options import SequenceOptions
+    from PolyPoseLib.simulation.sequences import rig_cameras, simulate_sequence
 
     folder = fetch_sample("pelvis")
     ct = read_ct(folder / CT_FILE)
