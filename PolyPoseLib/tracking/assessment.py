@@ -39,6 +39,9 @@ SURE = 5.0
 WIDE_MM = 5.0
 """Half width of a 95 % interval, in the patient, beyond which a pose is doubtful."""
 
+WIDER = 2.5
+"""Times what it was in the frames beside it, from which on an interval is wide."""
+
 INSIDE_SHARE = 0.08
 """Share of a structure's points that may lie inside another one."""
 
@@ -124,7 +127,7 @@ def assess(
             lines.append(WORSENED)
         if against.any() and (worsened or not (agreement.is_clear[k] or agreement.supported[k].any())):
             lost.append(k)
-        if PoseUncertainty(covariances[k]).widest_mm > WIDE_MM * patient.factor:
+        if _is_wide(patient, covariances[k], k, beside):
             lines.append(WEAK)
         lines += [f'it lies partly inside "{patient.scene.names[other]}"' for other in inside.get(k, ())]
         doubts.append(tuple(lines))
@@ -179,6 +182,17 @@ def _has_worsened(residual: float, k: int, beside: Sequence[TrackedFrame]) -> bo
     if len(usual) < LEAST_BESIDE:
         return False
     return residual > max(WORSE * float(np.median(usual)), float(np.median(usual)) + WORSE_AT_LEAST)
+
+
+def _is_wide(patient: Patient, covariance: np.ndarray, k: int, beside: Sequence[TrackedFrame]) -> bool:
+    """Whether an interval is wide, and not because a single camera always leaves it so along its beam."""
+    widest = PoseUncertainty(covariance).widest_mm / patient.factor
+    usual = [
+        PoseUncertainty(each.covariances[k]).widest_mm for each in beside[-REMEMBERED:] if is_found(each, k)
+    ]
+    if len(usual) < LEAST_BESIDE:
+        return widest > WIDE_MM and len(patient.sequence.views) > 1
+    return widest > max(WIDE_MM, WIDER * float(np.median(usual)))
 
 
 def _has_jumped(

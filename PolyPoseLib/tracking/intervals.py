@@ -24,11 +24,14 @@ from PolyPoseLib.rendering.rigid import Body, project_body
 INFLATION = 2.0
 """Factor on the standard deviations that follow from the residual's spread."""
 
-EDGE_VOXELS = 0.12
+ROTATION_INFLATION = 1.6
+"""Further factor on those of rotations: soft tissue at one end of a bone turns it."""
+
+EDGE_VOXELS = 0.08
 """Standard deviation of how far all edges of a bone may lie outwards, in voxels of the CT."""
 
 FLOOR_ROTATION_DEG, FLOOR_TRANSLATION_MM = 0.1, 0.06
-"""Least standard deviations, mm of the scene. These three are calibrated, see Testing/Benchmarks/tracking.py."""
+"""Least standard deviations, mm of the scene. These numbers are calibrated, see Testing/Benchmarks/tracking.py."""
 
 SWELLING = 0.002
 """By which a bone is made larger to see what that does: by less than its texture is fine."""
@@ -57,6 +60,8 @@ def frame_covariances(problem: RigidProblem, state: State, voxel_mm: float) -> d
     prior = noise * (INFLATION / unseen) ** 2
     inverse = np.linalg.inv(curvature + np.diag(prior))
     covariance = INFLATION**2 * inverse @ (spread + np.diag(noise * prior)) @ inverse
+    scale = np.tile([ROTATION_INFLATION] * 3 + [1.0] * 3, problem.size // 6)
+    covariance *= np.outer(scale, scale)
     for k in range(len(problem.bodies)):
         shift = inverse @ _push_of_swelling(problem, state, linear, k)
         shift *= EDGE_VOXELS * voxel_mm / half_width(problem.bodies[k])

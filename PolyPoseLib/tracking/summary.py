@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from PolyPoseLib.data.tracking.track import TrackedFrame
+from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
 from PolyPoseLib.tracking.patient import Patient
 from PolyPoseLib.tracking.prediction import is_found
 
@@ -24,6 +27,15 @@ def warnings_about(patient: Patient, frames: Sequence[TrackedFrame]) -> Iterator
             )
         if doubtful:
             yield f'The pose of "{name}" is doubtful in {_count(doubtful, frames)} ({_ranges(doubtful)}).'
+    if len(patient.sequence.views) == 1:
+        widest = max(
+            float(np.median([PoseUncertainty(each.covariances[k]).widest_mm for each in frames]))
+            for k in range(len(patient.scene.names))
+        )
+        yield (
+            f"A single camera holds places along its beam to about {widest:.0f} mm only (half of a 95 % interval, of "
+            "the least certain structure): a second camera would tell them."
+        )
     if patient.scene.bare:
         yield (
             "The CT holds bones alone: its renderings lack the soft tissue that the X-rays show, and poses are less "
