@@ -1,7 +1,9 @@
 """The soft tissue's own motion, fitted to the X-rays with the bones and the cameras held.
 
 One step of Gauss-Newton at a time, between the steps of the bones: the X-rays' residual against what the modes of
-:mod:`PolyPoseLib.registration.fit.soft_modes` do to the rendering, and against their prior.
+:mod:`PolyPoseLib.registration.fit.soft_modes` do to the rendering, and against their prior. How large such a motion is
+along each axis the X-rays say as well: where they show none, or little, the prior gets narrower from step to step, and
+soft tissue that follows the bones is left alone.
 """
 
 from __future__ import annotations
@@ -18,6 +20,9 @@ from PolyPoseLib.similarity.local_contrast import NormalisedImage
 
 PRIOR = 0.3
 """Weight of the prior against residuals of MODEL_VARIANCE that are independent from patch to patch."""
+
+LEAST_SIZE = 0.01
+"""Least share of the variances a priori."""
 
 LARGEST_STEP_MM = 15.0
 """Steps are shortened so that no tissue is displaced farther."""
@@ -62,8 +67,8 @@ class _Step:
         self.bones = [problem.project(state, n) for n in range(len(views.views))]
         self.weights: list[np.ndarray] = []
         pixels = (views.level.patch_mm / views.level.size_mm) ** 2
-        variances = np.repeat(self.soft.modes.variances, 3)
-        self.prior = PRIOR * MODEL_VARIANCE * pixels / variances
+        variances = self.soft.modes.variances[:, None] * self.soft.sizes
+        self.prior = PRIOR * MODEL_VARIANCE * pixels / variances.reshape(-1)
 
     def taken(self) -> tuple[SoftTissue, DisplacementField]:
         """See :func:`fit_soft_motion`."""
@@ -72,9 +77,11 @@ class _Step:
         cost = images + float(self.prior @ start**2)
         step = -np.linalg.solve(matrix + np.diag(self.prior), gradient + self.prior * start)
         step *= min(1.0, LARGEST_STEP_MM / max(self._longest(step), 1e-9))
+        determined = 1 - np.diag(np.linalg.inv(matrix + np.diag(self.prior))) * self.prior
         for _ in range(TRIALS):
             trial = start + step
-            soft = self.soft.with_motion(trial.reshape(-1, 3))
+            sizes = self._sizes(trial.reshape(-1, 3), determined.reshape(-1, 3))
+            soft = self.soft.with_motion(trial.reshape(-1, 3), sizes)
             field = self._field(soft)
             if self._images(field) + float(self.prior @ trial**2) < cost:
                 return soft, field
@@ -82,6 +89,15 @@ class _Step:
         field = self._field(self.soft)
         self.views.render_soft_field(field, self.state)
         return self.soft, field
+
+    def _sizes(self, coefficients: np.ndarray, determined: np.ndarray) -> np.ndarray:
+        """(3,) shares of the variances a priori under which the coefficients (M, 3) are the likeliest.
+
+        determined: (M, 3) how far, 0 to 1, the images determine each (D. MacKay, "Bayesian interpolation", Neural
+        Computation 4, 1992).
+        """
+        squares = (coefficients**2 / self.soft.modes.variances[:, None]).sum(axis=0)
+        return np.clip(squares / np.maximum(determined.sum(axis=0), 1e-3), LEAST_SIZE, 1.0)
 
     def _field(self, soft: SoftTissue) -> DisplacementField:
         """Displacements of soft tissue that moves so beside the bones."""
@@ -97,7 +113,7 @@ class _Step:
 
     def _longest(self, step: np.ndarray) -> float:
         """Largest displacement, mm along an axis, by coefficients (3 M,)."""
-        moved = self._field(self.soft.with_motion(step.reshape(-1, 3)))
+        moved = self._field(self.soft.with_motion(step.reshape(-1, 3), self.soft.sizes))
         return float(np.abs(moved.vectors - self.following.vectors).max())
 
     def _normal_equations(self) -> tuple[np.ndarray, np.ndarray, float]:

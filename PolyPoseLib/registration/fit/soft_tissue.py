@@ -62,11 +62,21 @@ class SoftTissue:
         self._maps: list[DistanceMaps] = []
         self.modes = SoftModes.covering(*self._grid)
         self.coefficients: np.ndarray | None = None
+        self.sizes = np.ones(3)
 
-    def with_motion(self, coefficients: np.ndarray) -> SoftTissue:
-        """The same with a motion beside the bones': coefficients (M, 3) mm of the modes."""
+    def with_motion(self, coefficients: np.ndarray, sizes: np.ndarray) -> SoftTissue:
+        """The same with a motion beside the bones'.
+
+        Parameters
+        ----------
+        coefficients : (M, 3) ndarray
+            Of the modes, mm along LPS x, y, z.
+        sizes : (3,) ndarray
+            Shares of the modes' variances a priori that such a motion has.
+
+        """
         other = copy(self)
-        other.coefficients = coefficients
+        other.coefficients, other.sizes = coefficients, sizes
         return other
 
     def warp(self, distances: DistanceMaps, poses: np.ndarray) -> PolyrigidWarp:
