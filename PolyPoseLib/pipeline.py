@@ -264,6 +264,7 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted, device: s
         warped_labels=warped.labels,
         transform=warped.transform,
         inverse_transform=warped.inverse,
+        soft_tissue_deviation_mm=run.soft_tissue.deviation_mm,
         structure_labels=Volume(study.structures.labels, study.ct.affine),
         renderings_before=renderings[0],
         renderings_after=renderings[1],

@@ -21,8 +21,8 @@ from PolyPoseLib.similarity.local_contrast import NormalisedImage
 PRIOR = 0.3
 """Weight of the prior against residuals of MODEL_VARIANCE that are independent from patch to patch."""
 
-LEAST_SIZE = 0.01
-"""Least share of the variances a priori."""
+LEAST_SIZE, ROUNDS = 0.01, 12
+"""Least share of the variances a priori, and rounds of its estimate."""
 
 LARGEST_STEP_MM = 15.0
 """Steps are shortened so that no tissue is displaced farther."""
@@ -67,37 +67,46 @@ class _Step:
         self.bones = [problem.project(state, n) for n in range(len(views.views))]
         self.weights: list[np.ndarray] = []
         pixels = (views.level.patch_mm / views.level.size_mm) ** 2
-        variances = self.soft.modes.variances[:, None] * self.soft.sizes
-        self.prior = PRIOR * MODEL_VARIANCE * pixels / variances.reshape(-1)
+        self.noise = PRIOR * MODEL_VARIANCE * pixels
 
     def taken(self) -> tuple[SoftTissue, DisplacementField]:
         """See :func:`fit_soft_motion`."""
         start = self._coefficients(self.soft).reshape(-1)
         matrix, gradient, images = self._normal_equations()
-        cost = images + float(self.prior @ start**2)
-        step = -np.linalg.solve(matrix + np.diag(self.prior), gradient + self.prior * start)
+        sizes = self._sizes(matrix, matrix @ start - gradient)
+        prior = self._prior(sizes)
+        cost = images + float(prior @ start**2)
+        step = -np.linalg.solve(matrix + np.diag(prior), gradient + prior * start)
         step *= min(1.0, LARGEST_STEP_MM / max(self._longest(step), 1e-9))
-        determined = 1 - np.diag(np.linalg.inv(matrix + np.diag(self.prior))) * self.prior
         for _ in range(TRIALS):
             trial = start + step
-            sizes = self._sizes(trial.reshape(-1, 3), determined.reshape(-1, 3))
             soft = self.soft.with_motion(trial.reshape(-1, 3), sizes)
             field = self._field(soft)
-            if self._images(field) + float(self.prior @ trial**2) < cost:
+            if self._images(field) + float(prior @ trial**2) < cost:
                 return soft, field
             step *= SHORTER
         field = self._field(self.soft)
         self.views.render_soft_field(field, self.state)
         return self.soft, field
 
-    def _sizes(self, coefficients: np.ndarray, determined: np.ndarray) -> np.ndarray:
-        """(3,) shares of the variances a priori under which the coefficients (M, 3) are the likeliest.
+    def _prior(self, sizes: np.ndarray) -> np.ndarray:
+        """(3 M,) what the square of each coefficient costs, where its variance a priori has these shares (3,)."""
+        return self.noise / (self.soft.modes.variances[:, None] * sizes).reshape(-1)
 
-        determined: (M, 3) how far, 0 to 1, the images determine each (D. MacKay, "Bayesian interpolation", Neural
-        Computation 4, 1992).
+    def _sizes(self, matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+        """(3,) shares of the variances a priori, along LPS x, y, z, under which the X-rays are the likeliest.
+
+        For coefficients that solve ``matrix`` (3 M, 3 M) times them = ``right`` (3 M,) but for their prior; from the
+        largest downwards, by the fixed point of D. MacKay ("Bayesian interpolation", Neural Computation 4, 1992).
         """
-        squares = (coefficients**2 / self.soft.modes.variances[:, None]).sum(axis=0)
-        return np.clip(squares / np.maximum(determined.sum(axis=0), 1e-3), LEAST_SIZE, 1.0)
+        sizes = np.ones(3)
+        for _ in range(ROUNDS):
+            prior = self._prior(sizes)
+            inverse = np.linalg.inv(matrix + np.diag(prior))
+            determined = (1 - np.diag(inverse) * prior).reshape(-1, 3).sum(axis=0)
+            squares = ((inverse @ right).reshape(-1, 3) ** 2 / self.soft.modes.variances[:, None]).sum(axis=0)
+            sizes = np.clip(squares / np.maximum(determined, 1e-3), LEAST_SIZE, 1.0)
+        return sizes
 
     def _field(self, soft: SoftTissue) -> DisplacementField:
         """Displacements of soft tissue that moves so beside the bones."""
