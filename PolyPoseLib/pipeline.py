@@ -20,6 +20,7 @@ from PolyPoseLib.io.transforms import preview_writer
 from PolyPoseLib.registration.bones.agreement import structure_agreement
 from PolyPoseLib.registration.bones.joint import StructureFit, fit_structures
 from PolyPoseLib.registration.bones.rejection import inconsistency_warnings, reasons_against_most
+from PolyPoseLib.registration.bones.rows import breaks
 from PolyPoseLib.registration.bones.visibility import structure_visibility
 from PolyPoseLib.registration.cameras.certainty import CameraVerdict, judge_cameras
 from PolyPoseLib.registration.cameras.initial import Regressor
@@ -137,6 +138,7 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
         uncertainties,
         [xray.maybe_distorted for xray in cameras.xrays],
         magnification,
+        breaks(run.scene, joint.poses),
     )
     doubts = doubts_about(run.scene, evidence)
     inconsistent = agreement.inconsistent(run.scene.anchor)
@@ -262,6 +264,7 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted, device: s
         warped_labels=warped.labels,
         transform=warped.transform,
         inverse_transform=warped.inverse,
+        soft_tissue_deviation_mm=run.soft_tissue.deviation_mm,
         structure_labels=Volume(study.structures.labels, study.ct.affine),
         renderings_before=renderings[0],
         renderings_after=renderings[1],

@@ -66,7 +66,7 @@ class PointCarrier:
         self._field: DisplacementField = result.transform
         self._names = tuple(result.structures)
         self._poses = np.stack([each.fixed_to_moving for each in result.structures.values()])
-        self._uncertainty = PointUncertainty(result.structures, self._labels)
+        self._uncertainty = PointUncertainty(result.structures, self._labels, result.soft_tissue_deviation_mm)
 
     def __call__(self, points: np.ndarray, to: str = "xray") -> CarriedPoints:
         """Carry points (N, 3) LPS mm to "xray" or "ct"; raises InputError for other shapes, numbers and names."""

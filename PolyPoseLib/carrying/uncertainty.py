@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from PolyPoseLib.carrying.distances import StructureDistances
-from PolyPoseLib.carrying.soft_tissue_error import soft_tissue_variance
+from PolyPoseLib.carrying.soft_tissue_error import own_motion_variance, soft_tissue_variance
 from PolyPoseLib.data.carried import Frame
 from PolyPoseLib.data.result import StructureResult
 from PolyPoseLib.data.volume import Volume
@@ -36,13 +36,22 @@ class PointUncertainty:
         In the order of the labels; one without "covariance" is exact where it did not move and unknown otherwise.
     labels : Volume
         Of the structures in the CT, 1 to K.
+    soft_tissue_deviation_mm : (3,) array, optional
+        How far the X-rays let soft tissue far from bones move beside them, as :class:`Result` states it.
 
     """
 
-    def __init__(self, structures: Mapping[str, StructureResult], labels: Volume) -> None:
+    def __init__(
+        self,
+        structures: Mapping[str, StructureResult],
+        labels: Volume,
+        soft_tissue_deviation_mm: np.ndarray | None = None,
+    ) -> None:
         each = list(structures.values())
         self._poses = np.stack([one.fixed_to_moving for one in each])
         self._covariances = np.stack([_covariance(one) for one in each])
+        given = np.zeros(3) if soft_tissue_deviation_mm is None else soft_tissue_deviation_mm
+        self._own_deviations = np.asarray(given, dtype=np.float64)
         self._distances = StructureDistances(labels, len(each))
         self._centroids = np.stack(
             [
@@ -97,7 +106,8 @@ class PointUncertainty:
             total[counts] += (turn.T @ in_ct @ turn)[counts]
         moved = np.stack([_displacement(pose, moving) for pose in self._poses])
         variance = soft_tissue_variance(distance, weight, moved)
-        return total + variance[:, None, None] * np.eye(3)
+        own = own_motion_variance(distance, self._own_deviations)
+        return total + (variance[:, None] + own)[:, :, None] * np.eye(3)
 
     def _carried(self, k: int, moving: np.ndarray, weight: np.ndarray, rotating: np.ndarray) -> np.ndarray:
         """(N, 3, 3) covariance, in the CT, that a structure's error gives to points (N, 3) of these weights (N,)."""

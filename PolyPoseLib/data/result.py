@@ -160,6 +160,9 @@ class Result:
         In the CT's frame: n belongs to the nth of ``structures``; None in results of earlier versions.
     inverse_transform : DisplacementField or None
         Displacements from moving to fixed points; None in results of earlier versions.
+    soft_tissue_deviation_mm : (3,) array or None
+        How far the X-rays let soft tissue far from bones move beside them, as standard deviations along LPS x, y, z;
+        None where that was not asked.
 
     """
 
@@ -181,6 +184,7 @@ class Result:
     anchor: str = ""
     structure_labels: Volume | None = None
     inverse_transform: DisplacementField | None = None
+    soft_tissue_deviation_mm: np.ndarray | None = None
     _carrier: PointCarrier | None = field(default=None, init=False, repr=False, compare=False)
 
     @property

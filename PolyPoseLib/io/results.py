@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from PolyPoseLib.data.options import Options
-from PolyPoseLib.data.result import INTERVALS, CameraResult, Result, StructureResult
+from PolyPoseLib.data.result import CameraResult, Result
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError, unknown_name
-from PolyPoseLib.geometry.camera import Camera, require_intrinsics
-from PolyPoseLib.geometry.rigid import require_rigid
 from PolyPoseLib.io.disk_space import require_space
 from PolyPoseLib.io.files import read_text
 from PolyPoseLib.io.json_records import (
@@ -28,12 +25,18 @@ from PolyPoseLib.io.json_records import (
     parse_object,
     plain,
     real,
-    real_or_nan,
     string,
-    whole_number,
 )
 from PolyPoseLib.io.report_files import write_report
 from PolyPoseLib.io.result_readme import README, README_TEXT
+from PolyPoseLib.io.result_records import (
+    camera_fields,
+    in_order_of_labels,
+    read_camera,
+    read_labelled,
+    read_step,
+    structure_fields,
+)
 from PolyPoseLib.io.transforms import read_transform, write_transform
 from PolyPoseLib.io.volumes import read_volume, write_volume
 from PolyPoseLib.io.whole_folders import FolderClaim, claimed_folder, restore_folder
@@ -144,20 +147,11 @@ def result_fields(result: Result) -> dict[str, Any]:
             "distrust": result.distrust,
             "anchor": result.anchor,
             "structures": {
-                name: {"label": label, **_structure_fields(each)}
+                name: {"label": label, **structure_fields(each)}
                 for label, (name, each) in enumerate(result.structures.items(), start=1)
             },
-            "cameras": [
-                {
-                    "name": each.name,
-                    "K": each.intrinsics,
-                    "extrinsic": each.extrinsic,
-                    "height": each.height,
-                    "width": each.width,
-                    "similarity": each.similarity,
-                }
-                for each in result.cameras
-            ],
+            "cameras": [camera_fields(each) for each in result.cameras],
+            "soft_tissue_deviation_mm": result.soft_tissue_deviation_mm,
             "similarity": result.history,
             "seconds": result.seconds,
             "device": result.device,
@@ -165,25 +159,6 @@ def result_fields(result: Result) -> dict[str, Any]:
             "warnings": result.warnings,
         }
     )
-
-
-def _structure_fields(structure: StructureResult) -> dict[str, Any]:
-    """One structure of result.json; what was not computed is absent."""
-    fields: dict[str, Any] = {
-        "fixed_to_moving": structure.fixed_to_moving,
-        "motion": {
-            "rotation_deg": structure.rotation_deg,
-            "translation_mm": structure.translation_mm,
-            "axis": structure.axis,
-        },
-    }
-    if structure.centroid is not None:
-        fields["centroid"] = structure.centroid
-    if structure.uncertainty is not None:
-        fields["uncertainty"] = structure.uncertainty
-    if structure.doubts:
-        fields["doubts"] = structure.doubts
-    return fields
 
 
 def load_result(folder: str | Path) -> Result:
@@ -217,15 +192,16 @@ def load_result(folder: str | Path) -> Result:
         raise InputError(f"{path}: version {fields.get('version')!r} is not {VERSION}: register again.")
     record = Record(fields)
     try:
-        structures = _in_order_of_labels(record.required("structures", object_of(_read_labelled)))
-        cameras = record.required("cameras", list_of(_read_camera))
-        history = record.required("similarity", list_of(_read_step))
+        structures = in_order_of_labels(record.required("structures", object_of(read_labelled)))
+        cameras = record.required("cameras", list_of(read_camera))
+        history = record.required("similarity", list_of(read_step))
         seconds = record.required("seconds", object_of(real))
         device = record.required("device", string)
         versions = record.required("versions", object_of(string))
         warnings = record.required("warnings", list_of(string))
         distrust = record.required("distrust", list_of(string)) if "distrust" in fields else []
         anchor = record.optional("anchor", string) or ""
+        soft_tissue = record.optional("soft_tissue_deviation_mm", array(3))
         if record.optional("trusted", boolean) not in (None, not distrust):
             raise InputError('"trusted" and "distrust" contradict each other.')
         if anchor and anchor not in structures:
@@ -242,6 +218,7 @@ def load_result(folder: str | Path) -> Result:
         warnings=warnings,
         distrust=tuple(distrust),
         anchor=anchor,
+        soft_tissue_deviation_mm=soft_tissue,
         warped_ct=read_volume(folder / "warped_ct.nii.gz"),
         warped_labels=read_volume(folder / "warped_labels.nii.gz"),
         transform=read_transform(folder / "transform.h5"),
@@ -301,85 +278,6 @@ def _read_xrays(folder: Path, cameras: list[CameraResult]) -> list[np.ndarray]:
             )
         images.append(image)
     return images
-
-
-def _read_step(value: Any, place: str) -> dict[str, Any]:
-    """One iteration of the history, as it is stated; further fields are left alone."""
-    record = Record(value, f"{place}.")
-    for name, parser in (
-        ("stage", string),
-        ("iteration", whole_number(0)),
-        ("similarity", real_or_nan),
-        ("seconds", real),
-        ("level_mm", real),
-    ):
-        if name in record.fields:
-            record.required(name, parser)
-    return dict(record.fields)
-
-
-def _read_labelled(value: Any, place: str) -> tuple[int | None, StructureResult]:
-    """One structure of result.json with its label, which earlier files do not have."""
-    label = Record(value, f"{place}.").optional("label", whole_number(1))
-    return label, _read_structure(value, place)
-
-
-def _in_order_of_labels(
-    given: Mapping[str, tuple[int | None, StructureResult]],
-) -> dict[str, StructureResult]:
-    """Structures so that the nth has the label n, whatever the order of the file's keys; as they come without labels.
-
-    Raises InputError where only some have a label, or the labels are not 1, 2, 3 and so on.
-    """
-    labels = {name: label for name, (label, _) in given.items() if label is not None}
-    if labels and sorted(labels.values()) != list(range(1, len(given) + 1)):
-        raise InputError(f'"structures": each needs a "label" of its own, from 1 to {len(given)}.')
-    names = sorted(given, key=lambda name: labels.get(name, 0))
-    return {name: given[name][1] for name in names}
-
-
-def _read_structure(value: Any, place: str) -> StructureResult:
-    """One structure of result.json."""
-    record = Record(value, f"{place}.")
-    motion = record.required("motion", Record.within)
-    centroid = motion.optional("centroid_mm", array(3))  # where earlier files had it
-    given = record.optional("centroid", array(3))
-    return StructureResult(
-        record.required("fixed_to_moving", require_rigid),
-        motion.required("rotation_deg", real_or_nan),
-        motion.required("translation_mm", array(3, finite=False)),
-        motion.required("axis", array(3, finite=False)),
-        record.optional("uncertainty", _read_uncertainty),
-        centroid if given is None else given,
-        tuple(record.optional("doubts", list_of(string)) or ()),
-    )
-
-
-def _read_uncertainty(value: Any, place: str) -> dict[str, Any]:
-    """A structure's intervals as they are stated, once those that people are shown are known to be numbers."""
-    record = Record(value, f"{place}.")
-    for name, shape in {**INTERVALS, "covariance": (6, 6)}.items():
-        if name in record.fields:
-            record.required(name, array(*shape, finite=False))  # null stands for a number that is not finite
-    directions = record.optional("directions", Record.within)
-    if directions is not None:
-        directions.required("along", array(3, finite=False))
-        directions.required("across", array(2, 3, finite=False))
-    return dict(record.fields)
-
-
-def _read_camera(value: Any, place: str) -> CameraResult:
-    """One camera of result.json."""
-    record = Record(value, f"{place}.")
-    camera = Camera(
-        record.required("K", require_intrinsics),
-        record.required("extrinsic", require_rigid),
-        record.required("height", whole_number(1)),
-        record.required("width", whole_number(1)),
-    )
-    return CameraResult(
-        camera, record.required("similarity", real_or_nan), record.optional("name", string) or ""
-    )
 
 
 def _hounsfield(ct: Volume) -> Volume:

@@ -76,6 +76,9 @@ def at_true_size(result: Result, factor: float) -> Result:
         inverse_transform=None
         if result.inverse_transform is None
         else field_at_true_size(result.inverse_transform, factor),
+        soft_tissue_deviation_mm=None
+        if result.soft_tissue_deviation_mm is None
+        else back * result.soft_tissue_deviation_mm,
         structure_labels=None
         if result.structure_labels is None
         else magnified_volume(result.structure_labels, back),

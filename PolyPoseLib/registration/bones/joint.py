@@ -11,6 +11,7 @@ from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.registration.bones.agreement import structure_agreement
 from PolyPoseLib.registration.bones.rejection import restart_inconsistent
 from PolyPoseLib.registration.bones.restarts import restart_bones
+from PolyPoseLib.registration.bones.rows import rejoined
 from PolyPoseLib.registration.bones.visibility import structure_visibility
 from PolyPoseLib.registration.cameras.anchor_alone import refine_by_anchor_alone
 from PolyPoseLib.registration.fit.levels import Level, Observation
@@ -126,8 +127,10 @@ def fit_structures(
             observations = refine_by_anchor_alone(run, observations, poses, free_cameras, stage.anchor)
         if stage.restart is not None and unplaced:
             poses = restart_bones(run, observations, poses, stage.restart, unplaced)
+            poses = rejoined(run, observations, poses, stage.restart, unplaced)
         if stage.restart_inconsistent and unplaced:
             poses = restart_inconsistent(run, observations, poses, stage.restart_inconsistent, unplaced)
+            poses = rejoined(run, observations, poses, stage.restart_inconsistent[-1], unplaced)
         here = run.named("bones").at_level(stage.level.size_mm)
         fit = _LevelFit(here, observations, stage, () if stage.holds_cameras else free_cameras)
         fitted = fit.fit(poses, done, total)

@@ -10,7 +10,7 @@ import torch
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.grid import covering_grid
-from PolyPoseLib.registration.fit.soft_modes import SoftModes
+from PolyPoseLib.registration.fit.soft_modes import DEVIATION_MM, SoftModes
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend, IndexField
 from PolyPoseLib.rendering.rigid import Body, index_rays
@@ -62,12 +62,30 @@ class SoftTissue:
         self._maps: list[DistanceMaps] = []
         self.modes = SoftModes.covering(*self._grid)
         self.coefficients: np.ndarray | None = None
+        self.sizes = np.ones(3)
 
-    def with_motion(self, coefficients: np.ndarray) -> SoftTissue:
-        """The same with a motion beside the bones': coefficients (M, 3) mm of the modes."""
+    def with_motion(self, coefficients: np.ndarray, sizes: np.ndarray) -> SoftTissue:
+        """The same with a motion beside the bones'.
+
+        Parameters
+        ----------
+        coefficients : (M, 3) ndarray
+            Of the modes, mm along LPS x, y, z.
+        sizes : (3,) ndarray
+            Shares of the modes' variances a priori that such a motion has.
+
+        """
         other = copy(self)
-        other.coefficients = coefficients
+        other.coefficients, other.sizes = coefficients, sizes
         return other
+
+    @property
+    def deviation_mm(self) -> np.ndarray | None:
+        """(3,) how far tissue moves by itself where no bone holds it, along LPS x, y, z; None where nobody asked.
+
+        Standard deviations a priori, of the size that the X-rays suggest.
+        """
+        return None if self.coefficients is None else DEVIATION_MM * np.sqrt(self.sizes)
 
     def warp(self, distances: DistanceMaps, poses: np.ndarray) -> PolyrigidWarp:
         """The warp of fixed to moving points for poses (K, 4, 4)."""

@@ -17,9 +17,7 @@ from scipy.stats import chi2
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.fit.problem import Linearised, RigidProblem, State
-
-PATCHES_PER_CLUSTER = 2
-"""Clusters are this many patches of the local contrast wide."""
+from PolyPoseLib.registration.fit.refutation import PATCHES_PER_CLUSTER, cluster_sums
 
 INFLATION = 5.0
 """Factor on the standard deviations for errors that the residual does not show: soft tissue that moves otherwise than
@@ -208,14 +206,6 @@ def score_statistics(
         sums = cluster_sums(weighted * linear.residual, PATCHES_PER_CLUSTER * view.contrast.size)
         spread[where] += sums @ sums.T
     return curvature, spread
-
-
-def cluster_sums(images: np.ndarray, size: int) -> np.ndarray:
-    """Sums (p, clusters) of (p, H, W) over square clusters of ``size`` pixels."""
-    count, height, width = images.shape
-    padded = np.pad(images, ((0, 0), (0, -height % size), (0, -width % size)))
-    blocks = padded.reshape(count, -(-height // size), size, -(-width // size), size)
-    return blocks.sum(axis=(2, 4), dtype=np.float64).reshape(count, -1)
 
 
 def _common_direction(directions: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 
 from PolyPoseLib.data.view_names import label_of
 from PolyPoseLib.registration.bones.agreement import Agreement
+from PolyPoseLib.registration.bones.rows import Break
 from PolyPoseLib.registration.bones.visibility import Visibility
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
@@ -44,6 +45,8 @@ class Evidence:
         Which X-rays may be.
     magnification : float
         How many times the scene is larger than the patient.
+    breaks : sequence of Break
+        Of rows of companions, the widest first.
 
     """
 
@@ -53,6 +56,7 @@ class Evidence:
     uncertainties: Mapping[int, PoseUncertainty]
     distorted: Sequence[bool]
     magnification: float = 1.0
+    breaks: Sequence[Break] = ()
 
 
 def doubts_about(scene: Scene, evidence: Evidence) -> dict[int, tuple[str, ...]]:
@@ -81,9 +85,9 @@ def doubts_about(scene: Scene, evidence: Evidence) -> dict[int, tuple[str, ...]]
             doubts[k] = ("it shows in no X-ray",)
         elif k in inconsistent:
             against = _those(evidence.names, contradicted[k])
-            doubts[k] = (f"its rendering does not match {against}", *_causes(evidence, k))
+            doubts[k] = (f"its rendering does not match {against}", *_causes(scene, evidence, k))
         elif k in evidence.uncertainties and evidence.uncertainties[k].widest_mm > WIDE_MM:
-            doubts[k] = tuple(_causes(evidence, k)) or ("the X-rays determine its pose weakly",)
+            doubts[k] = tuple(_causes(scene, evidence, k)) or ("the X-rays determine its pose weakly",)
     return doubts
 
 
@@ -102,7 +106,7 @@ def disputed_warnings(scene: Scene, evidence: Evidence) -> list[str]:
     return warnings
 
 
-def _causes(evidence: Evidence, k: int) -> Iterator[str]:
+def _causes(scene: Scene, evidence: Evidence, k: int) -> Iterator[str]:
     """What makes a pose doubtful, as far as the X-rays tell."""
     agreement, visibility = evidence.agreement, evidence.visibility
     for n, name in enumerate(evidence.names):
@@ -116,6 +120,11 @@ def _causes(evidence: Evidence, k: int) -> Iterator[str]:
             yield f"{visibility.outside[k, n]:.0%} of it lies beside the picture of {label_of(name)}"
     if any(evidence.distorted):
         yield f"distortion may be left in {_those(evidence.names, np.array(evidence.distorted))}"
+    apart = next((each for each in evidence.breaks if k in each.slipped), None)
+    if apart is not None:
+        moved, across = apart.apart_mm / evidence.magnification, scene.names[apart.across]
+        bones = "it has" if len(apart.slipped) == 1 else f"it and {_others(scene, apart, k)} have"
+        yield f'{bones} moved {moved:.0f} mm against "{across}" beside it'
     rival = evidence.uncertainties[k].rival_mm if k in evidence.uncertainties else 0.0
     if rival >= LEAST_RIVAL_MM:
         yield f"another place, {rival / evidence.magnification:.0f} mm away, fits the X-rays as well"
@@ -126,6 +135,11 @@ def _causes(evidence: Evidence, k: int) -> Iterator[str]:
         yield f"only {_those(evidence.names, shows)} shows it"
     if shows.any() and np.nanmax(agreement.contrast[k]) < FAINT:
         yield "it stands out little from the soft tissue"
+
+
+def _others(scene: Scene, apart: Break, k: int) -> str:
+    """The bones that slipped with another."""
+    return " and ".join(f'"{scene.names[other]}"' for other in apart.slipped if other != k)
 
 
 def _those(names: Sequence[str], which: np.ndarray) -> str:

@@ -12,6 +12,7 @@ from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.rigid import rigid_inverse
 from PolyPoseLib.registration.bones.agreement import Agreement
+from PolyPoseLib.registration.bones.rows import breaks
 from PolyPoseLib.registration.fit.levels import Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.problem import JointResult
 from PolyPoseLib.registration.run import Run
@@ -71,6 +72,7 @@ def structure_uncertainties(
     inconsistent = agreement.inconsistent(run.scene.anchor)
     of_all = pose_uncertainties(joint.problem, joint.state)
     consistent = {k: each for k, each in of_all.items() if k not in inconsistent}
+    apart = {k: each.apart_mm for each in reversed(breaks(run.scene, joint.poses)) for k in each.slipped}
     step = run.named("uncertainty").step
     stated = {k: PoseUncertainty.doubted() for k in of_all}
     for k, each in widened_by_local_minima(joint.problem, joint.state, consistent, step).items():
@@ -81,6 +83,8 @@ def structure_uncertainties(
         in_fixed = (rigid_inverse(joint.poses[k]) @ np.append(run.scene.centres[k], 1.0))[:3]
         beside = run.soft_tissue.motion_around(in_fixed)
         stated[k] = stated[k].with_error(error_beside_soft_motion(beside))
+        if k in apart:
+            stated[k] = stated[k].with_error(error_out_of_row(apart[k]))
         if hidden[k] > 0:
             stated[k] = stated[k].with_error(error_behind_metal(float(hidden[k])))
         supporting = np.flatnonzero(agreement.supported[k]).tolist()
@@ -93,6 +97,12 @@ def structure_uncertainties(
 def error_beside_soft_motion(moved_mm: float) -> PoseUncertainty:
     """What a bone's pose may be off by more where the soft tissue around it moved so far by itself."""
     deviation = SOFT_SHARE * moved_mm
+    return PoseUncertainty.independent(float(np.degrees(deviation / LEVER_MM)), deviation)
+
+
+def error_out_of_row(apart_mm: float) -> PoseUncertainty:
+    """What a bone's pose may be off by more that has moved so far against the companions beside it."""
+    deviation = apart_mm / 2
     return PoseUncertainty.independent(float(np.degrees(deviation / LEVER_MM)), deviation)
 
 

@@ -15,8 +15,9 @@ import numpy as np
 from PolyPoseLib.geometry.rigid import about, perturbation, perturbation_between
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View, corrected
+from PolyPoseLib.registration.fit.refutation import is_refuted
 from PolyPoseLib.registration.fit.views import problem_of_one_bone
-from PolyPoseLib.registration.uncertainty.covariance import PATCHES_PER_CLUSTER, PoseUncertainty, cluster_sums
+from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
 from PolyPoseLib.rendering.rigid import footprint
 
 PERTURBATION_DEVIATIONS = 4.0
@@ -32,9 +33,6 @@ LEVER_MM = 50.0
 """Lever at which a rotation counts as motion."""
 
 ITERATIONS = 15
-
-DISTINGUISHABLE = 3.0
-"""Standard deviations of the difference between two poses' costs, beyond which the worse one is refuted."""
 
 
 def widened_by_local_minima(
@@ -85,7 +83,7 @@ def _other_minima(
     minima = []
     for start in starts:
         other = minimise(alone, found.with_pose(0, start), SolverOptions(ITERATIONS)).state
-        if not _is_refuted(alone, found, other):
+        if not is_refuted(alone, found, other):
             minima.append(perturbation_between(found.poses[0], other.poses[0], body.centre))
     return minima
 
@@ -114,22 +112,6 @@ def _view_of_one_bone(problem: RigidProblem, state: State, n: int, k: int, start
         if row1 > row0 and column1 > column0:
             weight[near] = view.weight[near]
     return replace(view, camera=camera, static=static, weight=weight)
-
-
-def _is_refuted(alone: RigidProblem, found: State, other: State) -> bool:
-    """Whether the X-rays fit ``found`` significantly better than ``other``.
-
-    The difference of the weighted squared residuals is summed within patches, over which the residual is correlated;
-    the spread of these sums is that of their total.
-    """
-    total, variance = 0.0, 0.0
-    for n, view in enumerate(alone.views):
-        here, there = (alone.residual(state, n).astype(np.float64) ** 2 for state in (found, other))
-        worse = (view.weight * (there - here))[None]
-        sums = cluster_sums(worse, PATCHES_PER_CLUSTER * view.contrast.size)
-        total += float(sums.sum())
-        variance += float((sums**2).sum())
-    return total > DISTINGUISHABLE * np.sqrt(variance)
 
 
 def _size_mm(away: np.ndarray) -> float:

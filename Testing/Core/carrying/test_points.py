@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from carried_case import COVARIANCE, carried_result
+from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
+from PolyPoseLib.carrying.soft_tissue_error import OWN_SHARE
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 
@@ -122,3 +124,26 @@ def test_a_left_handed_ct_makes_no_difference():
     np.testing.assert_allclose(
         other.transform_points(points).points, result.transform_points(points).points, atol=1e-9
     )
+
+
+@pytest.mark.parametrize("deviation", [[0.0, 0.0, 0.0], [1.0, 0.5, 6.0]])
+def test_soft_tissue_that_moves_by_itself_is_less_certain_along_its_motion_and_away_from_bones(deviation):
+    still, moving = carried_result(1), carried_result(1)
+    moving.soft_tissue_deviation_mm = np.array(deviation)
+    rng = np.random.default_rng(1)
+    points = np.concatenate([points_in(still, label, rng) for label in (0, 2)])
+    before, after = (each.transform_points(points) for each in (still, moving))
+    more = after.covariances - before.covariances
+    np.testing.assert_allclose(more - more * np.eye(3), 0, atol=1e-12)
+    soft = np.array([name == "displacement field" for name in after.moved_by])
+    assert not more[~soft].any()
+    added = np.diagonal(more[soft], axis1=1, axis2=2)
+    labels = still.structure_labels
+    bones = labels.to_world(np.argwhere(labels.voxels > 0)[:, ::-1])
+    distance = KDTree(bones).query(points[soft])[0]
+    order = np.argsort(distance)
+    near, far = added[order[:20]], added[order[-20:]]
+    assert (near.mean(axis=0) <= far.mean(axis=0)).all()
+    assert (added <= (OWN_SHARE * np.array(deviation)) ** 2 + 1e-12).all()
+    if any(deviation):
+        np.testing.assert_allclose(added / added[:, :1], np.broadcast_to(np.square(deviation), added.shape))

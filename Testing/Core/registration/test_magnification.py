@@ -66,6 +66,7 @@ def test_a_result_comes_back_in_millimetres():
     np.testing.assert_allclose(4 * small.transform.vectors, large.transform.vectors, rtol=1e-6)
     np.testing.assert_allclose(4 * small.transform.affine[:3], large.transform.affine[:3])
     np.testing.assert_allclose(4 * small.warped_ct.affine[:3], large.warped_ct.affine[:3])
+    np.testing.assert_allclose(small.soft_tissue_deviation_mm, [0.2, 0.4, 1.0])
     for camera, other in zip(small.cameras, large.cameras, strict=True):
         np.testing.assert_allclose(camera.extrinsic[:3, :3], other.extrinsic[:3, :3])
         np.testing.assert_allclose(4 * camera.extrinsic[:3, 3], other.extrinsic[:3, 3])

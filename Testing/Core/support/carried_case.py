@@ -32,6 +32,6 @@ def carried_result(seed=0) -> Result:
     }
     made.transform = DisplacementField(vectors.astype(np.float32), grid)
     made.structure_labels = ct
-    made.inverse_transform = None
+    made.inverse_transform = made.soft_tissue_deviation_mm = None
     made.warped_ct = ct.with_voxels((1000 * (labels > 0) - 900).astype(np.float32))
     return made

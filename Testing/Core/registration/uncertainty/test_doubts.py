@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from PolyPoseLib.registration.bones.agreement import Agreement
+from PolyPoseLib.registration.bones.rows import Break
 from PolyPoseLib.registration.bones.visibility import Visibility
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
 from PolyPoseLib.registration.uncertainty.doubts import WIDE_MM, Evidence, disputed_warnings, doubts_about
@@ -109,3 +110,14 @@ def test_a_disputed_bone_is_no_flag_but_a_warning():
 def test_distortion_is_a_cause_of_wide_intervals_only():
     distorted = evidence(uncertainties={FEMUR: WIDE, SPINE: NARROW}, distorted=[True, False])
     assert doubts_about(SCENE, distorted) == {FEMUR: ("distortion may be left in X-ray 1",)}
+
+
+def test_a_bone_out_of_its_row_says_from_which_one_it_came_apart():
+    apart = [Break((FEMUR,), FEMUR, SPINE, 12.0)]
+    found = doubts_about(SCENE, evidence(uncertainties={FEMUR: WIDE, SPINE: NARROW}, breaks=apart))
+    assert found == {FEMUR: ('it has moved 12 mm against "spine" beside it',)}
+    together = [Break((0, FEMUR), FEMUR, SPINE, 12.0)]
+    found = doubts_about(
+        SCENE, evidence(uncertainties={FEMUR: WIDE, SPINE: NARROW}, breaks=together, magnification=2.0)
+    )
+    assert found == {FEMUR: ('it and "pelvis" have moved 6 mm against "spine" beside it',)}
