@@ -239,7 +239,7 @@ def load_cameras(path: str | Path) -> list[CameraResult]:
     if fields.get("version") != VERSION:
         raise InputError(f"{path}: version {fields.get('version')!r} is not {VERSION}: register again.")
     try:
-        return Record(fields).required("cameras", list_of(_read_camera))
+        return Record(fields).required("cameras", list_of(read_camera))
     except InputError as error:
         raise InputError(f"{path}: the file is damaged, register again: {error}") from error
 
