@@ -50,14 +50,15 @@ def test_it_holds_what_the_file_says(path):
         path,
         still=["tibia", "tibia"],
         initial_poses={"talus": RIGID},
-        landmarks={"medial": [1, 2, 3]},
+        landmarks={"talus.medial_malleolus": [1, 2, 3]},
+        joints=[{"name": "ankle", "proximal": "tibia", "distal": "talus"}],
         options={"first": 1, "smooth": True},
     )
     sequence = pp.load_sequence(path)
     assert sequence.structures.names == NAMES and np.allclose(sequence.ct.affine, AFFINE)
     assert sequence.frames_per_second == 50 and sequence.reference == "tibia" and sequence.still == ("tibia",)
     assert np.array_equal(sequence.initial_poses["talus"], RIGID)
-    assert np.array_equal(sequence.landmarks["medial"], [1, 2, 3])
+    assert np.array_equal(sequence.landmarks["talus.medial_malleolus"], [1, 2, 3])
     assert sequence.frames == range(1, FRAMES) and sequence.options.smooth
     for number, view in enumerate(sequence.views):
         assert view.name == f"camera {number + 1}" and view.images.count == FRAMES
