@@ -95,7 +95,8 @@ def assess(
     Returns
     -------
     Assessment
-        Of every structure; those that stand still keep their own covariance and have no doubts of their own.
+        Of every structure. Those that stand still are looked at in the first frame alone, unless their pose is given,
+        and are never suspects.
 
     """
     agreement = fit.agreement
@@ -108,7 +109,7 @@ def assess(
     doubts: list[tuple[str, ...]] = []
     suspects, lost = [], []
     for k in range(count):
-        if k in patient.still:
+        if k in patient.vouched or (beside and k in patient.still):
             doubts.append(())
             continue
         if np.isnan(agreement.residuals[k]).all():
@@ -131,7 +132,7 @@ def assess(
         jumped = predicted is not None and _has_jumped(patient, fit, covariances, predicted, beside, k)
         # What other starts did not change in the frame before they will not change in this one.
         known = set(beside[-1].doubts[k]) if beside and is_found(beside[-1], k) else set()
-        if jumped or set(lines) - {WEAK} - known:
+        if k in patient.moving and (jumped or set(lines) - {WEAK} - known):
             suspects.append(k)
     return Assessment(fit, covariances, residuals, tuple(doubts), tuple(suspects), tuple(lost))
 

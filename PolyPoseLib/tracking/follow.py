@@ -139,7 +139,7 @@ def _next(patient: Patient, number: int, past: Sequence[TrackedFrame]) -> Tracke
     moves_on = options.prediction == "constant_velocity"
     predicted = predicted_poses(past, centres, patient.reference, moves_on)
     if not frame.observations:
-        return lost_frame(patient, number, predicted, "no camera shows anything in this frame")
+        return lost_frame(patient, number, predicted, "no camera shows anything in this frame", past[-1])
     start = patient.enlarged(predicted)
     found = assess(patient, frame.fit(start, _levels(patient, past), patient.moving), start, past)
     sources = ["forward"] * len(start)
@@ -188,13 +188,14 @@ def _first(patient: Patient, frame: Frame) -> TrackedFrame:
         )
     registers = patient.sequence.options.start == "registration"
     start = starting_poses(patient, frame if registers else None)
-    given = [k for k in patient.still if patient.scene.names[k] in patient.sequence.initial_poses]
-    free = [k for k in range(len(start)) if k not in given]
+    free = [k for k in range(len(start)) if k not in patient.vouched]
     levels = FOLLOWING if registers else ARRIVING
     found = assess(patient, frame.fit(start, levels, free), None, ())
     sources = ["forward"] * len(start)
     if found.suspects:
         found, sources = look_again(frame, found, None, (), [start])
-    for k in given:
+        if "restart" in sources and free != patient.moving:  # what stands still is free in this frame alone
+            found = assess(patient, frame.fit(found.fit.poses, FOLLOWING[-1:], free), None, ())
+    for k in patient.vouched:
         sources[k] = "given"
     return tracked_frame(patient, frame.number, found, patient.at_true_size(start), sources, ())

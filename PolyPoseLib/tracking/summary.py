@@ -34,8 +34,6 @@ def warnings_about(patient: Patient, frames: Sequence[TrackedFrame]) -> Iterator
 def reasons_for_distrust(patient: Patient, frames: Sequence[TrackedFrame]) -> Iterator[str]:
     """Sentences about structures that were never really followed."""
     for k, name in enumerate(patient.scene.names):
-        if k in patient.still:
-            continue
         share = sum(not is_found(each, k) for each in frames) / len(frames)
         if share > MOSTLY:
             yield (
