@@ -50,14 +50,14 @@ def test_it_holds_what_the_file_says(path):
         path,
         still=["tibia", "tibia"],
         initial_poses={"talus": RIGID},
-        landmarks={"medial": [1, 2, 3]},
+        landmarks={"tibia.medial_plateau": [1, 2, 3]},
         options={"first": 1, "smooth": True},
     )
     sequence = pp.load_sequence(path)
     assert sequence.structures.names == NAMES and np.allclose(sequence.ct.affine, AFFINE)
     assert sequence.frames_per_second == 50 and sequence.reference == "tibia" and sequence.still == ("tibia",)
     assert np.array_equal(sequence.initial_poses["talus"], RIGID)
-    assert np.array_equal(sequence.landmarks["medial"], [1, 2, 3])
+    assert np.array_equal(sequence.landmarks["tibia.medial_plateau"], [1, 2, 3])
     assert sequence.frames == range(1, FRAMES) and sequence.options.smooth
     for number, view in enumerate(sequence.views):
         assert view.name == f"camera {number + 1}" and view.images.count == FRAMES
@@ -68,6 +68,19 @@ def test_it_holds_what_the_file_says(path):
         assert mask.shape == SHAPE
     protocol: FrameImages = sequence.views[0].images
     assert protocol.count == FRAMES
+
+
+def test_what_is_odd_about_joints_is_said_before_the_tracking(path, caplog):
+    joint = {
+        "name": "ankle",
+        "proximal": "tibia",
+        "distal": "talus",
+        "convention": "isb_ankle",
+        "side": "left",
+    }
+    change(path, joints=[joint], landmarks={"tibia.medial_plateau": [1, 2, 3]})
+    load_sequence(path)
+    assert '"tibia.medial_malleolus" is missing' in caplog.text
 
 
 def test_options_of_the_caller_win(path):
