@@ -42,6 +42,9 @@ WIDE_MM = 5.0
 INSIDE_SHARE = 0.08
 """Share of a structure's points that may lie inside another one."""
 
+AGAINST = "its rendering does not match"
+"""How the line about cameras whose X-rays contradict a pose begins."""
+
 NOT_SHOWN = "it shows in no X-ray"
 WORSENED = "its rendering matches the X-rays much worse than in the frames beside it"
 WEAK = "the X-rays determine its pose weakly"
@@ -120,7 +123,7 @@ def assess(
         against = agreement.contradicted[k]
         worsened = _has_worsened(residuals[k], k, beside)
         if against.any():
-            lines.append(f"its rendering does not match {_those(fit, against)}")
+            lines.append(f"{AGAINST} {_those(fit, against)}")
         if worsened:
             lines.append(WORSENED)
         if against.any() and (worsened or not (agreement.is_clear[k] or agreement.supported[k].any())):

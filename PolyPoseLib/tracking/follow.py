@@ -17,6 +17,7 @@ from PolyPoseLib.registration.fit.levels import Level
 from PolyPoseLib.tracking.assessment import Assessment, assess, usual_step
 from PolyPoseLib.tracking.backward import corrected_backward
 from PolyPoseLib.tracking.comparison import better_poses
+from PolyPoseLib.tracking.contradicted import with_contradictions
 from PolyPoseLib.tracking.first_frame import starting_poses
 from PolyPoseLib.tracking.frame_fit import ARRIVING, FOLLOWING, Frame
 from PolyPoseLib.tracking.gaps import bridged
@@ -80,7 +81,7 @@ def track(
     frames = _forward(patient, list(done), keep)
     if sequence.options.backward:
         frames = corrected_backward(patient, frames)
-    frames = with_jumps(patient, bridged(patient, frames))
+    frames = with_contradictions(patient, with_jumps(patient, bridged(patient, frames)))
     centroids = sequence.structures.centroids(sequence.ct.affine)
     if sequence.options.smooth:
         frames = smoothed_frames(frames, centroids, sequence.frames_per_second)

@@ -183,6 +183,17 @@ def test_what_stands_still_at_a_given_pose_needs_no_picture(knee_sequence):
     assert [frame.sources[2] for frame in track(given).frames] == ["given", "given"]
 
 
+def test_a_camera_that_looks_elsewhere_is_named(knee_sequence):
+    left, right = knee_sequence.views
+    around = np.diag([-1.0, 1.0, -1.0, 1.0])
+    away = replace(right, camera=right.camera.with_extrinsic(around @ right.camera.extrinsic))
+    options = replace(FORWARD, last=0)
+    lines = track(replace(knee_sequence, views=(left, away), options=options)).warnings
+    assert sum("No structure projects" in line and f'"{right.name}"' in line for line in lines) == 1
+    lines = track(replace(knee_sequence, options=options)).warnings
+    assert not any("No structure projects" in line for line in lines)
+
+
 def test_something_must_move(knee_sequence):
     with pytest.raises(InputError, match='"still" names every structure'):
         replace(knee_sequence, still=NAMES)
