@@ -205,3 +205,16 @@ def test_an_error_of_the_tracker_is_not_hidden(path, tmp_path, capsys):
     status, _, err = run(capsys, path, "--output", tmp_path / "out")
     assert status == 2 and err.splitlines()[-1] == "polypose: the bones are made of cheese."
     assert not (tmp_path / "out.partial").exists()
+
+
+def test_the_scores_of_a_track_need_the_truth_of_a_sequence(path, tmp_path, capsys):
+    assert run(capsys, path, "--output", tmp_path / "out")[0] == 0
+    for truth, says in (
+        (tmp_path / "nothing", "nothing"),
+        (path, '"of" is missing'),
+        (path.parent, "truth.json"),
+    ):
+        assert main(["evaluate", str(tmp_path / "out"), "--truth", str(truth)]) == 2
+        sentence = capsys.readouterr().err
+        assert says in sentence.replace('the field "of" is missing', '"of" is missing'), sentence
+        assert "result.json" not in sentence and len(sentence.splitlines()) == 1

@@ -20,7 +20,7 @@ FIELDS = {
     "version": 1, "ct": "ct.nii.gz", "segmentation": "labels.nii.gz", "structures": {"tibia": [1], "talus": [2, "x"]},
     "reference": "tibia", "still": ["tibia"], "frames_per_second": 250.5,
     "cameras": [CAMERA, {"images": "cam2", "extrinsic": RIGID, "source_to_detector_mm": 1000, "pixel_spacing_mm": 0.4}],
-    "cameras_from": "result", "initial_poses": {"talus": RIGID}, "landmarks": {"medial": [1, 2.5, 3]},
+    "cameras_from": "result", "initial_poses": {"talus": RIGID}, "landmarks": {"talus.x_side": [1, 2.5, 3]},
     "options": {"start": "registration", "prediction": "previous", "first": 2, "last": 30, "backward": False,
                 "smooth": True, "threads": 2, "seed": 5, "kernel": "torch"},
     "ct_series": "1.2", "label_table": "totalsegmentator_v2", "comment": "free",
@@ -88,7 +88,7 @@ def test_what_is_required_is_missed(missing):
         ({"options": {"start": "landmarks"}}, "rest"),
         ({"options": {"threads": 10**6}}, '"threads" is 1000000'),
         ({"options": {"first": 3, "last": 2}}, "first <= last"),
-        ({"options": {"smoth": True}}, 'did you mean "smooth"'),
+        ({"options": {"smoth": True}}, '"options": The field "smoth" is not known: did you mean "smooth"'),
     ],
 )
 def test_wrong_fields_are_refused(changes, match):
