@@ -64,9 +64,9 @@ def test_progress_for_programs(path, tmp_path, capsys):
 
 def test_options_of_the_command_line_win(path, tmp_path, capsys):
     fields = json.loads(path.read_text())
-    path.write_text(json.dumps({**fields, "options": {"first": 0, "smooth": True, "seed": 3}}))
+    path.write_text(json.dumps({**fields, "options": {"first": 0, "smooth": True}}))
     flags = ["--first", 2, "--last", 4, "--no-smooth", "--threads", 1, "--start", "registration", "--no-backward",
-             "--prediction", "previous", "--seed", 5]  # fmt: skip
+             "--prediction", "previous"]  # fmt: skip
     assert run(capsys, path, "--output", tmp_path / "out", *flags)[0] == 0
     track = load_track(tmp_path / "out")
     assert track.numbers.tolist() == [2, 3, 4] and not track.smoothed

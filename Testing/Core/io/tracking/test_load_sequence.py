@@ -84,9 +84,9 @@ def test_what_is_odd_about_joints_is_said_before_the_tracking(path, caplog):
 
 
 def test_options_of_the_caller_win(path):
-    change(path, options={"first": 1, "last": 4, "seed": 7})
+    change(path, options={"first": 1, "last": 4, "threads": 7})
     sequence = load_sequence(path, options={"last": 2, "smooth": True})
-    assert sequence.frames == range(1, 3) and sequence.options.seed == 7 and sequence.options.smooth
+    assert sequence.frames == range(1, 3) and sequence.options.threads == 7 and sequence.options.smooth
     refused(path, "first <= last", options={"last": 0})
 
 

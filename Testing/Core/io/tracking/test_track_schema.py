@@ -22,7 +22,7 @@ FIELDS = {
     "cameras": [CAMERA, {"images": "cam2", "extrinsic": RIGID, "source_to_detector_mm": 1000, "pixel_spacing_mm": 0.4}],
     "cameras_from": "result", "initial_poses": {"talus": RIGID}, "landmarks": {"talus.x_side": [1, 2.5, 3]},
     "options": {"start": "registration", "prediction": "previous", "first": 2, "last": 30, "backward": False,
-                "smooth": True, "threads": 2, "seed": 5, "kernel": "torch"},
+                "smooth": True, "threads": 2, "kernel": "torch"},
     "ct_series": "1.2", "label_table": "totalsegmentator_v2", "comment": "free",
 }  # fmt: skip
 
