@@ -13,6 +13,7 @@ from PolyPoseLib.io.files import read_text
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.structures import Structures
+    from PolyPoseLib.data.tracking.joints import Joint
     from PolyPoseLib.data.volume import Volume
 
 _LOG = logging.getLogger(__name__)
@@ -22,7 +23,7 @@ Grouping = tuple[dict[str, list[int]], str, str | None]
 
 
 class Patient(NamedTuple):
-    """A CT in HU, its structures and the one that others move against, and all labels with their names."""
+    """A CT in HU, its structures and the one that others move against, all labels with their names, and its joints."""
 
     ct: Volume
     structures: Structures
@@ -30,6 +31,7 @@ class Patient(NamedTuple):
     labels: np.ndarray | None
     label_names: dict[int, str]
     landmarks: dict[str, np.ndarray]
+    joints: tuple[Joint, ...] = ()
 
 
 def read_patient(ct_path: Path, labels_path: Path, grouping: Grouping) -> Patient:
@@ -62,7 +64,8 @@ def phantom_patient(seed: int, ct_reach: float | None = None) -> Patient:
     from PolyPoseLib.simulation.joint_phantom import LONGEST_MM, REACH_MM, joint_phantom
 
     drawn = joint_phantom(seed, reach_mm=REACH_MM if ct_reach is None else LONGEST_MM)
-    return Patient(drawn.ct, drawn.structures, drawn.structures.names[0], None, {}, drawn.landmarks)
+    reference = drawn.structures.names[0]
+    return Patient(drawn.ct, drawn.structures, reference, None, {}, drawn.landmarks, drawn.joints)
 
 
 def moving_apart(grouping: Grouping, motion: str) -> Grouping:

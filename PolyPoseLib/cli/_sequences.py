@@ -235,7 +235,7 @@ def write_sequence_folder(
     require_space(arguments.output, bytes_of(sequence))
     bar = ProgressBar()
     try:
-        write_sequence(sequence, folder, image_format, distances[0], patient.landmarks, bar)
+        write_sequence(sequence, folder, image_format, distances[0], patient.landmarks, bar, patient.joints)
     finally:
         bar.close()
 

@@ -41,8 +41,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Print the scores."""
     from PolyPoseLib.io.results import load_result
     from PolyPoseLib.io.tracking.track_truths import is_track_truth
+    from PolyPoseLib.io.tracking.tracks import is_track
 
-    if arguments.truth and is_track_truth(arguments.truth):
+    if arguments.truth and (is_track(arguments.result) or is_track_truth(arguments.truth)):
         from PolyPoseLib.cli._track_scores import track_tables
         from PolyPoseLib.evaluation.tracks import score_track
         from PolyPoseLib.io.tracking.track_truths import load_track_truth

@@ -89,7 +89,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="write the CT in the posture of these frames",
     )
     parser.add_argument("--threads", type=int, metavar="N", help="CPU threads (default: all)")
-    parser.add_argument("--seed", type=int, metavar="N", help="seed of every random choice (default: 0)")
     add_progress(parser)
     parser.set_defaults(run=run, computes=True)
 
@@ -164,7 +163,7 @@ def _frames(text: str) -> tuple[int, ...]:
 
 def _given_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """The options that were given on the command line."""
-    names = ("first", "last", "start", "prediction", "backward", "smooth", "threads", "seed")
+    names = ("first", "last", "start", "prediction", "backward", "smooth", "threads")
     given = {name: getattr(arguments, name) for name in names}
     return {name: value for name, value in given.items() if value is not None}
 

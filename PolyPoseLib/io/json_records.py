@@ -129,7 +129,8 @@ class Record:
         """Raise InputError for a field that is none of the names."""
         for field in self.fields:
             if field not in names:
-                raise InputError(self.opening + unknown_name("field", str(field), names))
+                opening = f"{self.opening[:-1]}: " if self.opening.endswith(".") else self.opening
+                raise InputError(opening + unknown_name("field", str(field), names))
 
     def required(self, key: str, parser: Parser[T]) -> T:
         """A field's value; raises InputError where it is missing or wrong."""

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import find_objects
 
 from PolyPoseLib.data.tracking.joint_motion import BoneAxes
-from PolyPoseLib.data.tracking.joints import Joint
+from PolyPoseLib.data.tracking.joints import Joint, side_of
 from PolyPoseLib.data.tracking.sequence import Sequence
 from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.kinematics.inertia_axes import inertia_axes
@@ -24,6 +24,12 @@ from PolyPoseLib.kinematics.landmark_axes import (
     RecipeEntry,
     landmark_axes,
 )
+
+OF_THE_LEG = ("grood_suntay", "isb_hip", "isb_ankle")
+"""Conventions of joints whose bones' front is the patient's, however a patient lies; arms and heads turn farther."""
+
+BACKWARD = 0.5
+"""Share of a bone's front along the patient's posterior axis, beyond which it is the bone's back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +55,8 @@ def joint_axes(sequence: Sequence, joint: Joint) -> JointAxes:
     Returns
     -------
     JointAxes
-        With a warning where landmarks are given but do not suffice, and where the two bones' axes are of different
-        kinds.
+        With a warning where landmarks are given but do not suffice, where axes of inertia stand in for them, and where
+        the side is not that of the bones' names or landmarks.
 
     Raises
     ------
@@ -58,13 +64,14 @@ def joint_axes(sequence: Sequence, joint: Joint) -> JointAxes:
         The landmarks of a bone coincide or lie on a line.
 
     """
-    warnings: list[str] = []
+    warnings = _odd_side(joint)
     first, second = RECIPES[joint.convention]
     near, far = (landmarks_of(sequence.landmarks, bone) for bone in (joint.proximal, joint.distal))
     if joint.convention == "isb_hip" and HIP_CENTER in far:
         near = {HIP_CENTER: far[HIP_CENTER], **near}
     proximal = _from_landmarks(near, first, joint, joint.proximal, warnings)
     distal = _from_landmarks(far, second, joint, joint.distal, warnings)
+    warnings += _odd_fronts(joint, proximal, distal)
     if proximal is None:
         proximal = inertia_axes(_points(sequence, joint.proximal), joint.side)
     if distal is None:
@@ -82,6 +89,26 @@ def joint_axes(sequence: Sequence, joint: Joint) -> JointAxes:
             "meaning, but not their zero: give landmarks for that."
         )
     return JointAxes(joint, proximal, distal, tuple(warnings))
+
+
+def _odd_side(joint: Joint) -> list[str]:
+    """A warning where a joint's side is not that of its bones' names: signs would be those of the other side."""
+    return [
+        f'Joint "{joint.name}": its side is "{joint.side}", and its bone "{bone}" is named after the other: check '
+        '"side".'
+        for bone in (joint.proximal, joint.distal)
+        if "none" not in (joint.side, side_of(bone)) and side_of(bone) != joint.side
+    ]
+
+
+def _odd_fronts(joint: Joint, *axes: BoneAxes | None) -> list[str]:
+    """A warning where the front of a leg's bone is the patient's back: its landmarks are of the other side."""
+    if joint.convention not in OF_THE_LEG or not any(each and each.matrix[1, 0] > BACKWARD for each in axes):
+        return []
+    return [
+        f'Joint "{joint.name}": by its landmarks and its side, "{joint.side}", the front of a bone points to the '
+        'patient\'s back, so that signs are wrong: check "side", and left and right of the landmarks.'
+    ]
 
 
 def landmarks_of(landmarks: Mapping[str, np.ndarray], bone: str) -> dict[str, np.ndarray]:

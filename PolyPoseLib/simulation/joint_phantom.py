@@ -11,6 +11,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from PolyPoseLib.data.structures import Structures
+from PolyPoseLib.data.tracking.joints import Joint
 from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.simulation.shapes import Points, ellipsoid, joined, round_cone, without
@@ -30,6 +31,12 @@ REACH_MM, LONGEST_MM = 130.0, 250.0
 
 _SKIN_MM, _FAT_MM = 2.0, 7.0
 
+JOINTS = (
+    Joint("knee", "femur", "tibia", "grood_suntay", "right"),
+    Joint("patellofemoral", "femur", "patella", "grood_suntay", "right"),
+)
+"""Whose motion is reported."""
+
 _PATELLA_MM = -1.0, -37.0, 24.0
 """Its middle."""
 
@@ -45,13 +52,16 @@ class JointPhantom:
     structures : Structures
         NAMES on its grid.
     landmarks : dict[str, np.ndarray]
-        {name: (3,) LPS mm} of points that name the axes of the joint.
+        {name: (3,) LPS mm} of points that name the axes of its joints.
+    joints : tuple of Joint
+        Tibia and patella relative to the femur.
 
     """
 
     ct: Volume
     structures: Structures
     landmarks: dict[str, np.ndarray]
+    joints: tuple[Joint, ...] = JOINTS
 
 
 @dataclass(frozen=True)
@@ -203,14 +213,17 @@ def _texture(shape: tuple[int, ...], sigma: np.ndarray, rng: np.random.Generator
 
 
 def _landmarks(sizes: _Sizes) -> dict[str, np.ndarray]:
-    """Points on the axes of the joint, LPS mm."""
+    """Points that name the axes of the bones, LPS mm."""
+    patella = np.add(_PATELLA_MM, sizes.patella)
     points = {
-        "femur_medial_epicondyle": (34.0, 8.0, 24.0),
-        "femur_lateral_epicondyle": (-36.0, 8.0, 24.0),
-        "femur_proximal": (-3.4, -1.2, 90.0),
-        "tibia_medial": (30.0, 3.0, -4.0),
-        "tibia_lateral": (-30.0, 3.0, -4.0),
-        "tibia_distal": (1.9, 7.5, -90.0),
-        "patella_centre": np.add(_PATELLA_MM, sizes.patella),
+        "femur.medial_epicondyle": (34.0, 8.0, 24.0),
+        "femur.lateral_epicondyle": (-36.0, 8.0, 24.0),
+        "femur.shaft_proximal": (-3.4, -1.2, 90.0),
+        "tibia.medial_plateau": (30.0, 3.0, -4.0),
+        "tibia.lateral_plateau": (-30.0, 3.0, -4.0),
+        "tibia.shaft_distal": (1.9, 7.5, -90.0),
+        "patella.origin": patella,
+        "patella.y_axis": np.add(patella, (0.0, 0.0, 10.0)),
+        "patella.x_side": np.add(patella, (0.0, -5.0, 0.0)),
     }
     return {name: sizes.scale * np.array(point) for name, point in points.items()}

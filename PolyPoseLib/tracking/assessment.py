@@ -45,6 +45,9 @@ WIDER = 2.5
 INSIDE_SHARE = 0.08
 """Share of a structure's points that may lie inside another one."""
 
+AGAINST = "its rendering does not match"
+"""How the line about cameras whose X-rays contradict a pose begins."""
+
 NOT_SHOWN = "it shows in no X-ray"
 WORSENED = "its rendering matches the X-rays much worse than in the frames beside it"
 WEAK = "the X-rays determine its pose weakly"
@@ -98,7 +101,8 @@ def assess(
     Returns
     -------
     Assessment
-        Of every structure; those that stand still keep their own covariance and have no doubts of their own.
+        Of every structure. Those that stand still are looked at in the first frame alone, unless their pose is given,
+        and are never suspects.
 
     """
     agreement = fit.agreement
@@ -111,7 +115,7 @@ def assess(
     doubts: list[tuple[str, ...]] = []
     suspects, lost = [], []
     for k in range(count):
-        if k in patient.still:
+        if k in patient.vouched or (beside and k in patient.still):
             doubts.append(())
             continue
         if np.isnan(agreement.residuals[k]).all():
@@ -122,7 +126,7 @@ def assess(
         against = agreement.contradicted[k]
         worsened = _has_worsened(residuals[k], k, beside)
         if against.any():
-            lines.append(f"its rendering does not match {_those(fit, against)}")
+            lines.append(f"{AGAINST} {_those(fit, against)}")
         if worsened:
             lines.append(WORSENED)
         if against.any() and (worsened or not (agreement.is_clear[k] or agreement.supported[k].any())):
@@ -134,7 +138,7 @@ def assess(
         jumped = predicted is not None and _has_jumped(patient, fit, covariances, predicted, beside, k)
         # What other starts did not change in the frame before they will not change in this one.
         known = set(beside[-1].doubts[k]) if beside and is_found(beside[-1], k) else set()
-        if jumped or set(lines) - {WEAK} - known:
+        if k in patient.moving and (jumped or set(lines) - {WEAK} - known):
             suspects.append(k)
     return Assessment(fit, covariances, residuals, tuple(doubts), tuple(suspects), tuple(lost))
 

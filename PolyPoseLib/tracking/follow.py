@@ -17,6 +17,7 @@ from PolyPoseLib.registration.fit.levels import Level
 from PolyPoseLib.tracking.assessment import Assessment, assess, usual_step
 from PolyPoseLib.tracking.backward import corrected_backward
 from PolyPoseLib.tracking.comparison import better_poses
+from PolyPoseLib.tracking.contradicted import with_contradictions
 from PolyPoseLib.tracking.first_frame import starting_poses
 from PolyPoseLib.tracking.frame_fit import ARRIVING, FOLLOWING, Frame
 from PolyPoseLib.tracking.gaps import bridged
@@ -80,7 +81,7 @@ def track(
     frames = _forward(patient, list(done), keep)
     if sequence.options.backward:
         frames = corrected_backward(patient, frames)
-    frames = with_jumps(patient, bridged(patient, frames))
+    frames = with_contradictions(patient, with_jumps(patient, bridged(patient, frames)))
     centroids = sequence.structures.centroids(sequence.ct.affine)
     if sequence.options.smooth:
         frames = smoothed_frames(frames, centroids, sequence.frames_per_second)
@@ -139,7 +140,7 @@ def _next(patient: Patient, number: int, past: Sequence[TrackedFrame]) -> Tracke
     moves_on = options.prediction == "constant_velocity"
     predicted = predicted_poses(past, centres, patient.reference, moves_on)
     if not frame.observations:
-        return lost_frame(patient, number, predicted, "no camera shows anything in this frame")
+        return lost_frame(patient, number, predicted, "no camera shows anything in this frame", past[-1])
     start = patient.enlarged(predicted)
     found = assess(patient, frame.fit(start, _levels(patient, past), patient.moving), start, past)
     sources = ["forward"] * len(start)
@@ -188,13 +189,14 @@ def _first(patient: Patient, frame: Frame) -> TrackedFrame:
         )
     registers = patient.sequence.options.start == "registration"
     start = starting_poses(patient, frame if registers else None)
-    given = [k for k in patient.still if patient.scene.names[k] in patient.sequence.initial_poses]
-    free = [k for k in range(len(start)) if k not in given]
+    free = [k for k in range(len(start)) if k not in patient.vouched]
     levels = FOLLOWING if registers else ARRIVING
     found = assess(patient, frame.fit(start, levels, free), None, ())
     sources = ["forward"] * len(start)
     if found.suspects:
         found, sources = look_again(frame, found, None, (), [start])
-    for k in given:
+        if "restart" in sources and free != patient.moving:  # what stands still is free in this frame alone
+            found = assess(patient, frame.fit(found.fit.poses, FOLLOWING[-1:], free), None, ())
+    for k in patient.vouched:
         sources[k] = "given"
     return tracked_frame(patient, frame.number, found, patient.at_true_size(start), sources, ())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -39,7 +40,7 @@ def tracked_frame(
     sources : sequence of str
         Where the poses come from.
     beside : sequence of TrackedFrame
-        From which structures that stand still have their covariance.
+        From the last of which structures that stand still have their pose and all that is known of it.
 
     Returns
     -------
@@ -52,22 +53,24 @@ def tracked_frame(
     origin = list(sources)
     for k in found.lost:
         poses[k], covariances[k], origin[k] = predicted[k], PoseUncertainty.unseen().covariance, "none"
+    if beside:
+        frame = TrackedFrame(number, poses, covariances, found.residuals, found.doubts, tuple(origin))
+        return _with_still(patient, frame, beside[-1])
     for k in patient.still:
-        if beside:
-            poses[k], covariances[k], origin[k] = (
-                beside[-1].poses[k],
-                beside[-1].covariances[k],
-                beside[-1].sources[k],
-            )
-        elif origin[k] == "given":  # somebody vouches for it
+        if origin[k] == "given":  # somebody vouches for it
             poses[k], covariances[k] = predicted[k], GIVEN.covariance
     return TrackedFrame(number, poses, covariances, found.residuals, found.doubts, tuple(origin))
 
 
-def lost_frame(patient: Patient, number: int, predicted: np.ndarray, why: str) -> TrackedFrame:
-    """A frame of which nothing is known but what those beside it say; predicted: (K, 4, 4) in the patient's mm."""
+def lost_frame(
+    patient: Patient, number: int, predicted: np.ndarray, why: str, before: TrackedFrame
+) -> TrackedFrame:
+    """A frame of which nothing is known but what the one before it says.
+
+    predicted: (K, 4, 4) in the patient's mm. What stands still is where it was.
+    """
     count = len(predicted)
-    return TrackedFrame(
+    frame = TrackedFrame(
         number,
         predicted,
         np.stack([PoseUncertainty.unseen().covariance] * count),
@@ -75,3 +78,14 @@ def lost_frame(patient: Patient, number: int, predicted: np.ndarray, why: str) -
         ((why,),) * count,
         ("none",) * count,
     )
+    return _with_still(patient, frame, before)
+
+
+def _with_still(patient: Patient, frame: TrackedFrame, beside: TrackedFrame) -> TrackedFrame:
+    """A frame in which the structures that stand still are as in another, with what speaks against them there."""
+    poses, covariances = frame.poses.copy(), frame.covariances.copy()
+    doubts, sources = list(frame.doubts), list(frame.sources)
+    for k in patient.still:
+        poses[k], covariances[k] = beside.poses[k], beside.covariances[k]
+        doubts[k], sources[k] = beside.doubts[k], beside.sources[k]
+    return replace(frame, poses=poses, covariances=covariances, doubts=tuple(doubts), sources=tuple(sources))

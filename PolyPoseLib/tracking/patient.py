@@ -51,6 +51,8 @@ class Patient:
         Whether the CT holds more than bones.
     still, moving : list of int
         Indices of the structures that keep their first pose, and of all others.
+    vouched : list of int
+        Those of the still ones whose pose somebody gave.
 
     """
 
@@ -71,6 +73,7 @@ class Patient:
         self.voxel_mm = float(ct.spacing.mean())
         self.has_soft_tissue = bool(scene.soft.voxels.any())
         self.still = [k for k, name in enumerate(scene.names) if name in sequence.still]
+        self.vouched = [k for k in self.still if scene.names[k] in sequence.initial_poses]
         self.moving = [k for k in range(len(scene.names)) if k not in self.still]
 
     @property

@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from PolyPoseLib.data.tracking.track import TrackedFrame
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.rigid import rigid_inverse
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
 from PolyPoseLib.tracking.patient import Patient
 from PolyPoseLib.tracking.prediction import is_found
@@ -36,6 +38,14 @@ def warnings_about(patient: Patient, frames: Sequence[TrackedFrame]) -> Iterator
             f"A single camera holds places along its beam to about {widest:.0f} mm only (half of a 95 % interval, of "
             "the least certain structure): a second camera would tell them."
         )
+    for view in patient.sequence.views:
+        if not any(
+            _is_shown(patient, frame, k, view.camera) for frame in frames for k in range(len(frame.poses))
+        ):
+            yield (
+                f'No structure projects into the images of the camera "{view.name}" where it was found: that camera '
+                "tells nothing; check its calibration and its extrinsic."
+            )
     if patient.scene.bare:
         yield (
             "The CT holds bones alone: its renderings lack the soft tissue that the X-rays show, and poses are less "
@@ -46,14 +56,20 @@ def warnings_about(patient: Patient, frames: Sequence[TrackedFrame]) -> Iterator
 def reasons_for_distrust(patient: Patient, frames: Sequence[TrackedFrame]) -> Iterator[str]:
     """Sentences about structures that were never really followed."""
     for k, name in enumerate(patient.scene.names):
-        if k in patient.still:
-            continue
         share = sum(not is_found(each, k) for each in frames) / len(frames)
         if share > MOSTLY:
             yield (
                 f'"{name}" was lost in {share:.0%} of the frames: check the cameras, and the poses of the first frame '
                 "in the overlay."
             )
+
+
+def _is_shown(patient: Patient, frame: TrackedFrame, k: int, camera: Camera) -> bool:
+    """Whether some point of a structure projects into a camera's image."""
+    fixed = rigid_inverse(frame.poses[k])
+    points = patient.points[k] / patient.factor @ fixed[:3, :3].T + fixed[:3, 3]
+    column, row = camera.project(points).T  # NaN behind the source
+    return bool(((column > 0) & (column < camera.width) & (row > 0) & (row < camera.height)).any())
 
 
 def _count(some: Sequence[int], frames: Sequence[TrackedFrame]) -> str:

@@ -116,6 +116,10 @@ class Sequence:
             raise InputError('"frames_per_second" must be a number above 0.')
         for name in (self.reference, *self.still):
             self.structures.index(name)
+        if set(self.structures.names) <= set(self.still):
+            raise InputError(
+                '"still" names every structure, so that nothing is left to track: leave one out.'
+            )
         self._check_joints()
         poses = {}
         for name, pose in self.initial_poses.items():

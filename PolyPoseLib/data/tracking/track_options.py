@@ -35,8 +35,6 @@ class TrackOptions:
         Whether poses are smoothed with their own covariances; marked in the output.
     threads : int, optional
         CPU threads; None for all.
-    seed : int
-        Of every random choice.
     kernel : {"auto", "torch", "numba"}
         What renders.
 
@@ -54,7 +52,6 @@ class TrackOptions:
     backward: bool = True
     smooth: bool = False
     threads: int | None = None
-    seed: int = 0
     kernel: str = "auto"
 
     def __post_init__(self) -> None:

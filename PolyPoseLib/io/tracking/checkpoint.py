@@ -137,7 +137,7 @@ def _read(path: Path, digest: str, names: Sequence[str]) -> tuple[tuple[TrackedF
     ):
         raise InputError(
             f"{path}: the interrupted run tracked something else (other images, CT, labels, cameras, initial poses, "
-            "options or another version): leave out --resume to begin anew."
+            "options or another version): replace --resume by --overwrite to begin anew."
         )
     parser, size = frame_of(len(names)), first[1]
     frames: dict[int, TrackedFrame] = {}

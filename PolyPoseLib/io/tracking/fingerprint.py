@@ -19,9 +19,9 @@ LOOKED_AT = 9
 def fingerprint(sequence: Sequence) -> str:
     """A digest of all on which the poses of a forward pass depend.
 
-    The backward pass and smoothing come after what is resumed, and threads change nothing. The range of frames counts,
-    because the images' scale is decided on it. Of the images, a few spread over the frames count: reading all of them
-    takes minutes.
+    The backward pass, smoothing and joints with their landmarks come after what is resumed, and threads change nothing.
+    The range of frames counts, because the images' scale is decided on it. Of the images, a few spread over the frames
+    count: reading all of them takes minutes.
 
     Parameters
     ----------
@@ -43,13 +43,11 @@ def fingerprint(sequence: Sequence) -> str:
         "reference": sequence.reference,
         "still": sequence.still,
         "initial_poses": dict(sorted(sequence.initial_poses.items())),
-        "landmarks": dict(sorted(sequence.landmarks.items())),
         "options": [
             options.start,
             options.prediction,
             options.first,
             options.last,
-            options.seed,
             options.kernel,
         ],
         "cameras": [

@@ -19,6 +19,10 @@ STRUCTURE.tra   for Autoscoper: one line a frame from frame 0, 16 numbers of a 4
                 commas, mm; NaN where the structure was lost or the frame not tracked. From the coordinates of
                 Autoscoper's volume to the rig's world; that volume is the whole CT as a stack of TIFF pages{mirrored}.
                 Load it as type Matrix, orientation Row, separator Comma, translation in mm.
+joints.csv, joints.json, plots/
+                angles and translations of bones relative to each other, with 95 % intervals, helical axes, and what is
+                positive; null or empty where a bone was lost
+overlay.mp4     the bones' outlines on the X-rays
 surfaces/       bones where they are in chosen frames, STL in the rig's world
 warped/         the CT (HU) and its structures in the posture of chosen frames, with the reference where the CT has it
 """

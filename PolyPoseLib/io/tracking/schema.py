@@ -124,11 +124,12 @@ def track_options(value: Any, place: str) -> TrackOptions:
 
 
 def require_ranges(options: TrackOptions) -> TrackOptions:
-    """The options, once threads, seed and frames are such as a machine knows; raises InputError."""
-    for name in ("threads", "seed"):
-        given, (least, most) = getattr(options, name), RANGES[name]
-        if given is not None and not least <= given <= most:
-            raise InputError(f'Option "{name}" is {given}: give a whole number from {least:g} to {most:g}.')
+    """The options, once threads and frames are such as a machine knows; raises InputError."""
+    least, most = RANGES["threads"]
+    if options.threads is not None and not least <= options.threads <= most:
+        raise InputError(
+            f'Option "threads" is {options.threads}: give a whole number from {least:g} to {most:g}.'
+        )
     if max(options.first, options.last or 0) > MAX_FRAME:
         raise InputError(f'"first" and "last" frame must be at most {MAX_FRAME}.')
     return options
@@ -141,7 +142,6 @@ _OPTIONS: dict[str, Parser[Any]] = {
     "backward": boolean,
     "smooth": boolean,
     "threads": whole_number(1),
-    "seed": whole_number(0),
 }
 """A parser for every option."""
 

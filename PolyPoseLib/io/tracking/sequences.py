@@ -117,7 +117,9 @@ def load_sequence(
             options=settings,
             warnings=(*warnings, *odd_joints),
         )
-        axes_of_joints(sequence)  # landmarks that name no axes are better known before hours of tracking
+        for axes in axes_of_joints(sequence):  # better known before hours of tracking
+            for warning in axes.warnings:
+                _LOG.warning(warning)
         return sequence
     except InputError as error:
         raise InputError(f"{path}: {error}") from error

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from PolyPoseLib.data.progress import Progress, ProgressCallback
+from PolyPoseLib.data.tracking.joints import Joint
 from PolyPoseLib.data.tracking.sequence import TrackView
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError, unknown_name
@@ -39,6 +41,7 @@ def write_sequence(
     source_to_detector_mm: float = 1020.0,
     landmarks: Mapping[str, np.ndarray] | None = None,
     progress: ProgressCallback | None = None,
+    joints: Sequence[Joint] = (),
 ) -> Path:
     """Write a sequence that can be tracked, and its truth.
 
@@ -56,6 +59,8 @@ def write_sequence(
         Points of the CT that name the axes of joints.
     progress : callable, optional
         Called after every image.
+    joints : sequence of Joint
+        Whose motion a tracking reports.
 
     Returns
     -------
@@ -92,6 +97,8 @@ def write_sequence(
     }
     if landmarks:
         fields["landmarks"] = landmarks
+    if joints:
+        fields["joints"] = [asdict(joint) for joint in joints]
     path = folder / TRACK_FILE
     path.write_text(json_text(fields), encoding="utf-8")
     save_track_truth(truth_of_sequence(sequence), folder / TRUTH_FILE)

@@ -129,6 +129,11 @@ def load_track(folder: str | Path) -> Track:
         raise InputError(f"{path}: the file is damaged, track again: {error}") from error
 
 
+def is_track(folder: str | Path) -> bool:
+    """Whether a folder is that of a track, not of a registration's result."""
+    return (Path(folder) / TRACK).is_file()
+
+
 def stranger_in_track(folder: Path) -> str | None:
     """The first file in a folder that the tracking whose track.json is there did not write, or None."""
     if not (folder / TRACK).is_file():  # a folder of anything, perhaps of a whole disk

@@ -40,6 +40,7 @@ def test_a_knee_in_flexion(coarse, tmp_path, capsys):
     assert capsys.readouterr().out.strip() == str(output / "TRACK.json")
     fields = json.loads((output / "TRACK.json").read_text())
     assert fields["reference"] == "femur" and len(fields["cameras"]) == 2 and fields["landmarks"]
+    assert [joint["name"] for joint in fields["joints"]] == ["knee", "patellofemoral"]
     truth = load_track_truth(output)
     bend = np.degrees(Rotation.from_matrix(truth.poses[:, 1, :3, :3]).magnitude())
     assert truth.poses.shape == (3, 3, 4, 4) and 25 < bend.max() < 45

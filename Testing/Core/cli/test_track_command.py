@@ -64,9 +64,9 @@ def test_progress_for_programs(path, tmp_path, capsys):
 
 def test_options_of_the_command_line_win(path, tmp_path, capsys):
     fields = json.loads(path.read_text())
-    path.write_text(json.dumps({**fields, "options": {"first": 0, "smooth": True, "seed": 3}}))
+    path.write_text(json.dumps({**fields, "options": {"first": 0, "smooth": True}}))
     flags = ["--first", 2, "--last", 4, "--no-smooth", "--threads", 1, "--start", "registration", "--no-backward",
-             "--prediction", "previous", "--seed", 5]  # fmt: skip
+             "--prediction", "previous"]  # fmt: skip
     assert run(capsys, path, "--output", tmp_path / "out", *flags)[0] == 0
     track = load_track(tmp_path / "out")
     assert track.numbers.tolist() == [2, 3, 4] and not track.smoothed
@@ -205,3 +205,16 @@ def test_an_error_of_the_tracker_is_not_hidden(path, tmp_path, capsys):
     status, _, err = run(capsys, path, "--output", tmp_path / "out")
     assert status == 2 and err.splitlines()[-1] == "polypose: the bones are made of cheese."
     assert not (tmp_path / "out.partial").exists()
+
+
+def test_the_scores_of_a_track_need_the_truth_of_a_sequence(path, tmp_path, capsys):
+    assert run(capsys, path, "--output", tmp_path / "out")[0] == 0
+    for truth, says in (
+        (tmp_path / "nothing", "nothing"),
+        (path, '"of" is missing'),
+        (path.parent, "truth.json"),
+    ):
+        assert main(["evaluate", str(tmp_path / "out"), "--truth", str(truth)]) == 2
+        sentence = capsys.readouterr().err
+        assert says in sentence.replace('the field "of" is missing', '"of" is missing'), sentence
+        assert "result.json" not in sentence and len(sentence.splitlines()) == 1

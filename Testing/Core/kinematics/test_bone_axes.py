@@ -290,3 +290,24 @@ def test_mirrored_bones_have_mirrored_axes_of_inertia():
     for one, other in ((right.proximal, left.proximal), (right.distal, left.distal)):
         assert one.note == ""
         np.testing.assert_allclose(other.matrix[:3, :3], MIRROR[:3, :3] @ one.matrix[:3, :3], atol=1e-9)
+
+
+@pytest.mark.parametrize("convention", ["grood_suntay", "isb_hip", "isb_ankle"])
+@pytest.mark.parametrize("side", ["left", "none"])
+def test_landmarks_of_the_other_side_are_warned_about(convention, side):
+    """Of a right leg; signs would be those of its mirror image."""
+    landmarks = named(*STANDING[convention])
+    assert axes_of(convention, "right", landmarks).warnings == ()
+    wrong = {name: point * (-1, 1, 1) for name, point in landmarks.items()} if side == "none" else landmarks
+    if convention == "isb_hip":  # the pelvis has both sides; the femur's landmarks tell
+        wrong = {name: point for name, point in wrong.items() if name.startswith("lower")}
+    lines = [line for line in axes_of(convention, side, wrong).warnings if "patient's back" in line]
+    assert len(lines) == 1 and f'"{side}"' in lines[0]
+
+
+def test_a_side_that_is_not_the_names_is_warned_about():
+    names = "femur_left", "tibia_left"
+    for side, count in (("left", 0), ("none", 0), ("right", 2)):
+        joint = Joint("knee", *names, "generic", side)
+        warnings = joint_axes(sequence_of([joint], names=names), joint).warnings
+        assert sum("named after the other" in line for line in warnings) == count

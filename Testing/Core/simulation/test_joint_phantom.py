@@ -51,7 +51,7 @@ def test_the_seed_fixes_the_knee():
 def test_landmarks_lie_at_their_bones(drawn):
     labels, ct = drawn.structures.labels, drawn.ct
     for name, point in drawn.landmarks.items():
-        number = NAMES.index(name.split("_")[0]) + 1
+        number = NAMES.index(name.split(".")[0]) + 1
         points = ct.to_world(np.argwhere(labels == number)[:, ::-1])
         assert np.linalg.norm(points - point, axis=1).min() < 6
 

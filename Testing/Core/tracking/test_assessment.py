@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from PolyPoseLib.data.progress import Monitor
+from PolyPoseLib.data.tracking.track import TrackedFrame
 from PolyPoseLib.geometry.rigid import about, perturbation
 from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.rendering.rigid import Body
-from PolyPoseLib.tracking.assessment import assess, distance_mm, overlaps
+from PolyPoseLib.tracking.assessment import AGAINST, WEAK, assess, distance_mm, overlaps
 from PolyPoseLib.tracking.comparison import better_poses
+from PolyPoseLib.tracking.contradicted import with_contradictions
 from PolyPoseLib.tracking.frame_fit import FOLLOWING, Frame, is_blank, with_limited_rotations
 from PolyPoseLib.tracking.gaps import bridged
 from PolyPoseLib.tracking.intervals import half_width
@@ -81,6 +83,21 @@ def test_each_structure_keeps_the_better_of_two_poses(patient, frame, right, k, 
     assert not taken[other]
     assert not better_poses(frame, right, right, [0, 1, 2]).any()
     assert not better_poses(frame, here, there, [other])[k]
+
+
+def test_a_pose_that_an_xray_contradicts_has_a_wide_interval(patient, frame, right, knee):
+    """However sharp the optimum is; what was lost has the interval of a lost pose already."""
+    wrong = moved(patient, right, 1, [0, 0, 0, 25, 10, 0])
+    found = assess(patient, frame.fit(wrong, FOLLOWING[-1:], [0]), None, ())
+    assert any(line.startswith(AGAINST) for line in found.doubts[1]) and not found.doubts[0]
+    sharp = np.tile(np.eye(6) * 1e-6, (3, 1, 1))
+    lines = (), (WEAK, f'{AGAINST} the camera "a"'), (WEAK,)
+    kept = TrackedFrame(3, knee.poses[3], sharp, np.zeros(3), lines, ("forward",) * 3)
+    (widened,) = with_contradictions(patient, [kept])
+    assert np.array_equal(widened.covariances[[0, 2]], sharp[[0, 2]])
+    assert np.linalg.eigvalsh(widened.covariances[1][3:, 3:])[0] > (9.9 / patient.factor) ** 2
+    lost = replace(kept, sources=("forward", "none", "forward"))
+    assert np.array_equal(with_contradictions(patient, [lost])[0].covariances, sharp)
 
 
 def test_a_bone_inside_another_one_is_seen(patient, right):

@@ -162,6 +162,43 @@ def test_what_stands_still_keeps_its_pose(knee, knee_sequence):
     assert np.array_equal(found.frames[0].poses[0], found.frames[1].poses[0])
 
 
+def test_what_stands_still_is_where_it_was_after_a_frame_that_no_camera_shows(knee_sequence):
+    blank = with_images(with_images(knee_sequence, 0, f1=0.5), 1, f1=0.5)
+    free = {name: pose for name, pose in knee_sequence.initial_poses.items() if name != "femur"}
+    for poses in (knee_sequence.initial_poses, free):
+        found = track(replace(blank, still=("femur",), initial_poses=poses, options=replace(FORWARD, last=2)))
+        first, *later = found.frames
+        assert first.sources[0] != "none" and later[0].sources[1] == "none" and later[1].sources[1] != "none"
+        for frame in later:
+            assert np.array_equal(frame.poses[0], first.poses[0])
+            assert np.array_equal(frame.covariances[0], first.covariances[0])
+            assert (frame.sources[0], frame.doubts[0]) == (first.sources[0], ())
+
+
+def test_what_stands_still_at_a_given_pose_needs_no_picture(knee_sequence):
+    away = knee_sequence.initial_poses["patella"].copy()
+    away[:3, 3] += 4000.0
+    poses = {**knee_sequence.initial_poses, "patella": away}
+    given = replace(knee_sequence, still=("patella",), initial_poses=poses, options=replace(FORWARD, last=1))
+    assert [frame.sources[2] for frame in track(given).frames] == ["given", "given"]
+
+
+def test_a_camera_that_looks_elsewhere_is_named(knee_sequence):
+    left, right = knee_sequence.views
+    around = np.diag([-1.0, 1.0, -1.0, 1.0])
+    away = replace(right, camera=right.camera.with_extrinsic(around @ right.camera.extrinsic))
+    options = replace(FORWARD, last=0)
+    lines = track(replace(knee_sequence, views=(left, away), options=options)).warnings
+    assert sum("No structure projects" in line and f'"{right.name}"' in line for line in lines) == 1
+    lines = track(replace(knee_sequence, options=options)).warnings
+    assert not any("No structure projects" in line for line in lines)
+
+
+def test_something_must_move(knee_sequence):
+    with pytest.raises(InputError, match='"still" names every structure'):
+        replace(knee_sequence, still=NAMES)
+
+
 def test_images_of_another_size_than_the_calibrations_are_refused(knee_sequence):
     wrong = with_images(knee_sequence, 1, f1=np.zeros((50, 60), np.float32))
     with pytest.raises(InputError, match="50 x 60 pixels"):

@@ -71,10 +71,23 @@ def test_it_holds_what_the_file_says(path):
     assert protocol.count == FRAMES
 
 
+def test_what_is_odd_about_joints_is_said_before_the_tracking(path, caplog):
+    joint = {
+        "name": "ankle",
+        "proximal": "tibia",
+        "distal": "talus",
+        "convention": "isb_ankle",
+        "side": "left",
+    }
+    change(path, joints=[joint], landmarks={"tibia.medial_plateau": [1, 2, 3]})
+    load_sequence(path)
+    assert '"tibia.medial_malleolus" is missing' in caplog.text
+
+
 def test_options_of_the_caller_win(path):
-    change(path, options={"first": 1, "last": 4, "seed": 7})
+    change(path, options={"first": 1, "last": 4, "threads": 7})
     sequence = load_sequence(path, options={"last": 2, "smooth": True})
-    assert sequence.frames == range(1, 3) and sequence.options.seed == 7 and sequence.options.smooth
+    assert sequence.frames == range(1, 3) and sequence.options.threads == 7 and sequence.options.smooth
     refused(path, "first <= last", options={"last": 0})
 
 

@@ -9,18 +9,39 @@ import SimpleITK as sitk
 from knee_case import knee, knee_sequence
 from scipy.spatial.transform import Rotation
 
+from PolyPoseLib.data.tracking.track import Track, TrackedFrame
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.tracking import simulated
 from PolyPoseLib.io.tracking.given_poses import COLUMNS, read_poses
+from PolyPoseLib.io.tracking.sequences import load_sequence
 from PolyPoseLib.io.tracking.simulated import write_sequence
 from PolyPoseLib.io.tracking.track_truths import is_track_truth, load_track_truth, save_track_truth
 from PolyPoseLib.io.volumes import read_ct, read_volume
+from PolyPoseLib.kinematics.joint_motions import joint_motions
 from PolyPoseLib.simulation.sequence_truth import truth_of_sequence
 
 
 @pytest.fixture(scope="module")
 def sequence():
     return knee_sequence(seed=2, frames=3, first=(0, 2), blank={1: (3,)}, pixels=64)
+
+
+def track_of(sequence):
+    """The truth of a sequence as a track that made no error."""
+    truth = truth_of_sequence(sequence)
+    count = len(truth.names)
+    spread, fine = np.tile(np.eye(6) * 1e-6, (count, 1, 1)), ((),) * count
+    return Track(
+        names=truth.names,
+        reference=truth.reference,
+        centroids=truth.centroids,
+        frames=tuple(
+            TrackedFrame(n, poses, spread, np.zeros(count), fine, ("forward",) * count)
+            for n, poses in enumerate(truth.poses)
+        ),
+        frames_per_second=truth.frames_per_second,
+        cameras=truth.cameras,
+    )
 
 
 @pytest.mark.parametrize("image_format", ["dicom", "tiff"])
@@ -42,6 +63,23 @@ def test_a_folder_says_what_the_sequence_is(sequence, tmp_path, image_format):
         assert np.allclose(focal, [view.camera.intrinsics[1, 1], view.camera.intrinsics[0, 0]])
     assert [step.iteration for step in steps] == [1, 2, 3, 4, 5, 6, 7, 8]
     assert steps[-1].of == 8
+
+
+def test_a_folder_is_read_with_its_joints_and_the_knee_bends_as_far_as_was_asked(tmp_path):
+    true = knee_sequence(frames=5, amplitude=50.0)
+    path = write_sequence(true, tmp_path, "tiff", landmarks=knee().landmarks, joints=knee().joints)
+    read = load_sequence(path)
+    assert read.joints == knee().joints
+    motions = joint_motions(track_of(true), read)
+    sources = [(each.proximal_axes.source, each.distal_axes.source) for each in motions]
+    assert sources == [("landmarks", "landmarks")] * 2 and not any(each.warnings for each in motions)
+    for motion, least in zip(motions, (45.0, 20.0), strict=True):
+        assert motion.angle_quantities[0].name == "flexion" and motion.joint.side == "right"
+        change = motion.angles_deg[:, 0] - motion.angles_deg[0, 0]
+        # There and back, bent being positive; the frame after the last would be the first again.
+        assert (
+            least < change[2] < 55.0 and abs(change[2] - change[3]) < 1.0 and abs(change[1] - change[4]) < 1.0
+        )
 
 
 def test_dicom_holds_every_frame_at_one_scale(sequence, tmp_path):

@@ -23,7 +23,7 @@ FIELDS = {
     "cameras_from": "result", "initial_poses": {"talus": RIGID}, "landmarks": {"talus.origin": [1, 2.5, 3]},
     "joints": [{"name": "ankle", "proximal": "tibia", "distal": "talus", "convention": "generic", "side": "left"}],
     "options": {"start": "registration", "prediction": "previous", "first": 2, "last": 30, "backward": False,
-                "smooth": True, "threads": 2, "seed": 5, "kernel": "torch"},
+                "smooth": True, "threads": 2, "kernel": "torch"},
     "ct_series": "1.2", "label_table": "totalsegmentator_v2", "comment": "free",
 }  # fmt: skip
 
@@ -89,7 +89,7 @@ def test_what_is_required_is_missed(missing):
         ({"options": {"start": "landmarks"}}, "rest"),
         ({"options": {"threads": 10**6}}, '"threads" is 1000000'),
         ({"options": {"first": 3, "last": 2}}, "first <= last"),
-        ({"options": {"smoth": True}}, 'did you mean "smooth"'),
+        ({"options": {"smoth": True}}, '"options": The field "smoth" is not known: did you mean "smooth"'),
     ],
 )
 def test_wrong_fields_are_refused(changes, match):
