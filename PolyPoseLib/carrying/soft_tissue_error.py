@@ -28,7 +28,7 @@ ATTACHED_MM = 15.0
 
 OWN_SHARE = 0.7
 """Standard deviation of its own motion that is left after the fit, as share of what the X-rays suggest; calibrated on
-breathing chests (Testing/Benchmarks/breathing.py), seeds 1 and 4."""
+a breathing chest (Testing/Benchmarks/breathing.py, seed 4)."""
 
 
 def soft_tissue_variance(distance: np.ndarray, weight: np.ndarray, moved: np.ndarray) -> np.ndarray:

@@ -2,8 +2,8 @@
 
 One step of Gauss-Newton at a time, between the steps of the bones: the X-rays' residual against what the modes of
 :mod:`PolyPoseLib.registration.fit.soft_modes` do to the rendering, and against their prior. How large such a motion is
-along each axis the X-rays say as well: where they show none, or little, the prior gets narrower from step to step, and
-soft tissue that follows the bones is left alone.
+along each axis the X-rays tell as well. That is stated, for what they do not show of it is likely as large, but the fit
+keeps its prior: with a narrower one it stopped short of large motions, and bones moved in their stead.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class _Step:
         start = self._coefficients(self.soft).reshape(-1)
         matrix, gradient, images = self._normal_equations()
         sizes = self._sizes(matrix, matrix @ start - gradient)
-        prior = self._prior(sizes)
+        prior = self._prior(np.ones(3))
         cost = images + float(prior @ start**2)
         step = -np.linalg.solve(matrix + np.diag(prior), gradient + prior * start)
         step *= min(1.0, LARGEST_STEP_MM / max(self._longest(step), 1e-9))

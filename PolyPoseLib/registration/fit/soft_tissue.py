@@ -72,7 +72,7 @@ class SoftTissue:
         coefficients : (M, 3) ndarray
             Of the modes, mm along LPS x, y, z.
         sizes : (3,) ndarray
-            Shares of the modes' variances a priori that such a motion has.
+            Shares of the modes' variances a priori under which the X-rays are the likeliest.
 
         """
         other = copy(self)

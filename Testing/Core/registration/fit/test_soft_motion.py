@@ -130,7 +130,7 @@ def test_it_finds_organs_that_moved_beside_bones_that_did_not(
     points = LIVER + rng.uniform(-25, 25, (500, 3))
     true = true_shift(points, descent_mm)
     error = np.linalg.norm(field.sample(points) - true, axis=1).mean()
-    assert error < 0.55 * np.linalg.norm(true, axis=1).mean()
+    assert error < 0.5 * np.linalg.norm(true, axis=1).mean()
 
 
 def test_bones_keep_the_place_that_their_poses_give_them(scene, patient, cameras, weak_prior):
@@ -149,7 +149,7 @@ def test_a_body_at_rest_stays_at_rest(scene, patient, cameras):
     assert moved.mean() < 0.8 and np.quantile(moved, 0.95) < 2.0  # voxels of 6 mm
 
 
-def test_the_prior_narrows_where_the_xrays_show_no_motion(scene, patient, cameras, weak_prior):
+def test_the_xrays_tell_how_large_the_motion_is_along_each_axis(scene, patient, cameras, weak_prior):
     still, _ = fitted(scene, observed(patient, cameras, 0.0), steps=6)
     moved, _ = fitted(scene, observed(patient, cameras, 14.0), steps=6)
     assert (still.sizes < 0.1).all()
