@@ -338,7 +338,12 @@ def camera_model(folder: Path) -> list[Subject]:
 
 def sequence(folder: Path) -> list[Subject]:
     pose = [[1, 0, 0, 3], [0, 0, -1, 5], [0, 1, 0, 8], [0, 0, 0, 1]]
-    more = {"still": ["tibia"], "initial_poses": {"talus": pose}, "landmarks": {"medial": [1, 2, 3]}}
+    more = {
+        "still": ["tibia"],
+        "initial_poses": {"talus": pose},
+        "landmarks": {"tibia.medial_plateau": [1, 2, 3]},
+        "joints": [{"name": "ankle", "proximal": "tibia", "distal": "talus", "side": "left"}],
+    }
     path = write_sequence(folder / "walk", **more, options={"first": 1, "last": 3, "smooth": True})
     return [_subject(path, load_sequence)]
 
