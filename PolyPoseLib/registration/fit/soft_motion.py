@@ -13,6 +13,7 @@ import numpy as np
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, summed
 from PolyPoseLib.registration.fit.soft_jacobian import SoftJacobian
+from PolyPoseLib.registration.fit.soft_size import MotionEquations
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.fit.weighting import MODEL_VARIANCE, robust_weight
@@ -20,9 +21,6 @@ from PolyPoseLib.similarity.local_contrast import NormalisedImage
 
 PRIOR = 0.3
 """Weight of the prior against residuals of MODEL_VARIANCE that are independent from patch to patch."""
-
-LEAST_SIZE, ROUNDS = 0.01, 12
-"""Least share of the variances a priori, and rounds of its estimate."""
 
 LARGEST_STEP_MM = 15.0
 """Steps are shortened so that no tissue is displaced farther."""
@@ -73,14 +71,14 @@ class _Step:
         """See :func:`fit_soft_motion`."""
         start = self._coefficients(self.soft).reshape(-1)
         matrix, gradient, images = self._normal_equations()
-        sizes = self._sizes(matrix, matrix @ start - gradient)
-        prior = self._prior(np.ones(3))
+        equations = MotionEquations(matrix, matrix @ start - gradient, self.soft.modes.variances, self.noise)
+        prior = equations.prior(np.ones(3))
         cost = images + float(prior @ start**2)
         step = -np.linalg.solve(matrix + np.diag(prior), gradient + prior * start)
         step *= min(1.0, LARGEST_STEP_MM / max(self._longest(step), 1e-9))
         for _ in range(TRIALS):
             trial = start + step
-            soft = self.soft.with_motion(trial.reshape(-1, 3), sizes)
+            soft = self.soft.with_motion(trial.reshape(-1, 3), equations)
             field = self._field(soft)
             if self._images(field) + float(prior @ trial**2) < cost:
                 return soft, field
@@ -88,25 +86,6 @@ class _Step:
         field = self._field(self.soft)
         self.views.render_soft_field(field, self.state)
         return self.soft, field
-
-    def _prior(self, sizes: np.ndarray) -> np.ndarray:
-        """(3 M,) what the square of each coefficient costs, where its variance a priori has these shares (3,)."""
-        return self.noise / (self.soft.modes.variances[:, None] * sizes).reshape(-1)
-
-    def _sizes(self, matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-        """(3,) shares of the variances a priori, along LPS x, y, z, under which the X-rays are the likeliest.
-
-        For coefficients that solve ``matrix`` (3 M, 3 M) times them = ``right`` (3 M,) but for their prior; from the
-        largest downwards, by the fixed point of D. MacKay ("Bayesian interpolation", Neural Computation 4, 1992).
-        """
-        sizes = np.ones(3)
-        for _ in range(ROUNDS):
-            prior = self._prior(sizes)
-            inverse = np.linalg.inv(matrix + np.diag(prior))
-            determined = (1 - np.diag(inverse) * prior).reshape(-1, 3).sum(axis=0)
-            squares = ((inverse @ right).reshape(-1, 3) ** 2 / self.soft.modes.variances[:, None]).sum(axis=0)
-            sizes = np.clip(squares / np.maximum(determined, 1e-3), LEAST_SIZE, 1.0)
-        return sizes
 
     def _field(self, soft: SoftTissue) -> DisplacementField:
         """Displacements of soft tissue that moves so beside the bones."""
@@ -122,7 +101,7 @@ class _Step:
 
     def _longest(self, step: np.ndarray) -> float:
         """Largest displacement, mm along an axis, by coefficients (3 M,)."""
-        moved = self._field(self.soft.with_motion(step.reshape(-1, 3), self.soft.sizes))
+        moved = self._field(self.soft.with_motion(step.reshape(-1, 3)))
         return float(np.abs(moved.vectors - self.following.vectors).max())
 
     def _normal_equations(self) -> tuple[np.ndarray, np.ndarray, float]:

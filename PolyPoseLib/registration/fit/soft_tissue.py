@@ -11,6 +11,7 @@ from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.grid import covering_grid
 from PolyPoseLib.registration.fit.soft_modes import DEVIATION_MM, SoftModes
+from PolyPoseLib.registration.fit.soft_size import MotionEquations
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend, IndexField
 from PolyPoseLib.rendering.rigid import Body, index_rays
@@ -62,22 +63,27 @@ class SoftTissue:
         self._maps: list[DistanceMaps] = []
         self.modes = SoftModes.covering(*self._grid)
         self.coefficients: np.ndarray | None = None
-        self.sizes = np.ones(3)
+        self._equations: MotionEquations | None = None
 
-    def with_motion(self, coefficients: np.ndarray, sizes: np.ndarray) -> SoftTissue:
+    def with_motion(self, coefficients: np.ndarray, equations: MotionEquations | None = None) -> SoftTissue:
         """The same with a motion beside the bones'.
 
         Parameters
         ----------
         coefficients : (M, 3) ndarray
             Of the modes, mm along LPS x, y, z.
-        sizes : (3,) ndarray
-            Shares of the modes' variances a priori under which the X-rays are the likeliest.
+        equations : MotionEquations, optional
+            Those that led to it.
 
         """
         other = copy(self)
-        other.coefficients, other.sizes = coefficients, sizes
+        other.coefficients, other._equations = coefficients, equations
         return other
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """(3,) shares of the modes' variances a priori, along LPS x, y, z, that the X-rays suggest; 1 without them."""
+        return np.ones(3) if self._equations is None else self._equations.sizes
 
     @property
     def deviation_mm(self) -> np.ndarray | None:

@@ -87,11 +87,11 @@ def test_its_derivative_is_that_of_the_rendering(scene, patient, cameras, seed):
     following = soft.following(poses)
     camera = cameras[seed % 2].binned(2)
     shown = [
-        soft.render(soft.with_motion(c, soft.sizes).moved(following), camera, np.eye(4), 4.0, run.backend)
+        soft.render(soft.with_motion(c).moved(following), camera, np.eye(4), 4.0, run.backend)
         for c in (start - step, start + step)
     ]
     numeric = (shown[1] - shown[0]) / 2
-    field = soft.with_motion(start, soft.sizes).moved(following)
+    field = soft.with_motion(start).moved(following)
     jacobian = SoftJacobian(soft, field, soft.freedom(following), 3.0).of_view(camera, np.eye(4))
     analytic = np.tensordot(step.reshape(-1), jacobian, 1)
     # It takes the nearest voxel's gradient, and modes at the middles of 12 mm.
@@ -161,7 +161,7 @@ def test_how_far_tissue_moved_is_told_where_bones_hold_it_as_well(scene):
     assert soft.motion_around(LIVER) == 0
     rng = np.random.default_rng(0)
     spread = np.sqrt(soft.modes.variances)[:, None]
-    moved = soft.with_motion(rng.normal(size=(soft.modes.count, 3)) * spread, soft.sizes)
+    moved = soft.with_motion(rng.normal(size=(soft.modes.count, 3)) * spread)
     free = moved.modes.at(LIVER[None]) @ moved.coefficients
     assert moved.motion_around(LIVER) == pytest.approx(np.linalg.norm(free))
 
