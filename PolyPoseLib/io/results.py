@@ -39,7 +39,7 @@ from PolyPoseLib.io.result_records import (
 )
 from PolyPoseLib.io.transforms import read_transform, write_transform
 from PolyPoseLib.io.volumes import read_volume, write_volume
-from PolyPoseLib.io.whole_folders import FolderClaim, claimed_folder, restore_folder
+from PolyPoseLib.io.whole_folders import FolderClaim, claimed_folder, existing_folder
 
 VERSION = 1
 
@@ -181,15 +181,9 @@ def load_result(folder: str | Path) -> Result:
         A file is missing or damaged; the sentence names it and what is wrong.
 
     """
-    folder = Path(folder)
-    if not folder.is_dir():
-        restore_folder(folder)
-    if not folder.is_dir():
-        raise InputError(f"{folder}: there is no such folder; give the --output of a finished registration.")
+    folder = existing_folder(folder, "registration")
     path = folder / "result.json"
-    fields = parse_object(read_text(path, "a folder that register wrote"), str(path))
-    if fields.get("version") != VERSION:
-        raise InputError(f"{path}: version {fields.get('version')!r} is not {VERSION}: register again.")
+    fields = _read_fields(path)
     record = Record(fields)
     try:
         structures = in_order_of_labels(record.required("structures", object_of(read_labelled)))
@@ -235,13 +229,19 @@ def load_cameras(path: str | Path) -> list[CameraResult]:
     """Read the cameras of a result alone: its folder, or its result.json; raises InputError as `load_result`."""
     path = Path(path)
     path = path / "result.json" if path.is_dir() else path
-    fields = parse_object(read_text(path, "a folder that register wrote"), str(path))
-    if fields.get("version") != VERSION:
-        raise InputError(f"{path}: version {fields.get('version')!r} is not {VERSION}: register again.")
+    fields = _read_fields(path)
     try:
         return Record(fields).required("cameras", list_of(read_camera))
     except InputError as error:
         raise InputError(f"{path}: the file is damaged, register again: {error}") from error
+
+
+def _read_fields(path: Path) -> dict[str, Any]:
+    """The fields of a result.json of this version; raises InputError."""
+    fields = parse_object(read_text(path, "a folder that register wrote"), str(path))
+    if fields.get("version") != VERSION:
+        raise InputError(f"{path}: version {fields.get('version')!r} is not {VERSION}: register again.")
+    return fields
 
 
 def _read_structure_labels(path: Path, count: int) -> Volume | None:

@@ -238,6 +238,19 @@ def restore_folder(folder: Path) -> None:
                 pass
 
 
+def existing_folder(folder: str | Path, finished: str) -> Path:
+    """A folder to read, put back where a killed process had renamed it.
+
+    Raises InputError where there is none; ``finished`` names the command's run that leaves one.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        restore_folder(folder)
+    if not folder.is_dir():
+        raise InputError(f"{folder}: there is no such folder; give the --output of a finished {finished}.")
+    return folder
+
+
 @contextmanager
 def _locked_and_tidy(folder: Path) -> Iterator[None]:
     """Hold the lock of a folder's place, and repair what killed processes have left there.

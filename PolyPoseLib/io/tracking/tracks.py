@@ -24,7 +24,7 @@ from PolyPoseLib.io.tracking.posed_files import BYTES_OF_SURFACES, write_surface
 from PolyPoseLib.io.tracking.poses_table import write_poses
 from PolyPoseLib.io.tracking.readme import README, readme_text
 from PolyPoseLib.io.tracking.track_fields import track_fields, track_of
-from PolyPoseLib.io.whole_folders import FolderClaim, claimed_folder, restore_folder
+from PolyPoseLib.io.whole_folders import FolderClaim, claimed_folder, existing_folder
 
 TRACK, POSES = "track.json", "poses.csv"
 
@@ -116,12 +116,7 @@ def load_track(folder: str | Path) -> Track:
         The file is missing or damaged; the sentence names it and what is wrong.
 
     """
-    folder = Path(folder)
-    if not folder.is_dir():
-        restore_folder(folder)
-    if not folder.is_dir():
-        raise InputError(f"{folder}: there is no such folder; give the --output of a finished tracking.")
-    path = folder / TRACK
+    path = existing_folder(folder, "tracking") / TRACK
     fields = parse_object(read_text(path, "a folder that track wrote", MAX_BYTES), str(path))
     try:
         return track_of(fields)

@@ -121,10 +121,10 @@ def test_names_are_text_whatever_they_hold_and_files_stay_in_the_folder(tmp_path
     assert "$\\frac{1}$ <b>" in texts and "NOT TO BE TRUSTED" in texts and "smoothed" in texts
 
 
-@pytest.mark.parametrize("kind", ["one frame", "lost", "no interval", "lonely frame"])
+@pytest.mark.parametrize("kind", ["one frame", "lost", "no interval", "single frame"])
 def test_little_is_drawn_too(tmp_path, kind):
     sources = [("forward", "none")] * 5 if kind == "lost" else None
-    if kind == "lonely frame":
+    if kind == "single frame":
         sources = [("forward", "forward" if n in (0, 3) else "none") for n in range(5)]
     spread = np.full((6, 6), np.nan) if kind == "no interval" else SPREAD
     track, motions = case(1 if kind == "one frame" else 5, covariances=spread, sources=sources)
@@ -137,7 +137,7 @@ def test_little_is_drawn_too(tmp_path, kind):
         low, high = place.get_ylim()
         known = motions[0].angles_deg[np.isfinite(motions[0].angles_deg[:, 0]), 0]
         assert low < known.min() and known.max() < high and np.isfinite([low, high]).all()
-    if kind in ("one frame", "lonely frame"):
+    if kind in ("one frame", "single frame"):
         assert place.lines[0].get_marker() == "o"
 
 
