@@ -27,9 +27,10 @@ from typing import Any
 
 import numpy as np
 from benchmark_runs import RESULTS, run_measured
-from benchmark_store import Row, Store, machines
-from benchmark_tables import machine, table
+from benchmark_store import Row, Store
+from benchmark_tables import machine
 from scipy.stats import chi2
+from tracking_tables import describe, write_tables
 
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.tracking.sequence import Sequence
@@ -80,14 +81,6 @@ LOOP_FRAMES = 3
 SILENT_MM = 2.0
 """An error beyond which a pose must be flagged, or its interval hold it."""
 
-LEGEND = """\
-RMS and worst over all frames and bones: mm at a bone's centroid / over its surface, and degrees. lost: poses without a
-fit of their own; silent: poses more than 2 mm off without a flag and outside their 95 % ellipsoid. coverage: percent of
-the six numbers of every pose inside their 95 % interval, and of whole poses inside their ellipsoid. beam: RMS of the
-error along the beam of the first view, and percent of it inside its interval; plane: RMS across it. CPU s a frame: of
-all threads, whole run without the start; loop: of one registration.
-"""
-
 
 def main() -> int:
     """Run what is missing and write the tables after every row."""
@@ -95,7 +88,11 @@ def main() -> int:
     if arguments.child is not None:
         run_child(arguments)
         return 0
-    store = Store(arguments.output / f"{NAME}.json", FIELDS, write_tables)
+    store = Store(
+        arguments.output / f"{NAME}.json",
+        FIELDS,
+        partial(write_tables, says={name: case.says for name, case in CASES.items()}),
+    )
     keys = [
         {"case": case, "method": method, "seed": seed, "frames": arguments.frames, "pixels": arguments.pixels}
         for case in arguments.cases
@@ -381,65 +378,6 @@ def _roughly(pose: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     turn, shift = rng.normal(size=(2, 3))
     turn, shift = np.radians(1.0) * turn / np.linalg.norm(turn), shift / np.linalg.norm(shift)
     return perturbation(np.r_[turn, shift]) @ pose
-
-
-def write_tables(rows: list[Row], path: Path) -> None:
-    """One line a row, and one of all seeds, for every case and method."""
-    parts = ["# Tracking\n", LEGEND]
-    kinds = dict.fromkeys((row["case"], row["method"], row["frames"], row["pixels"]) for row in rows)
-    for kind in kinds:
-        mine = [row for row in rows if tuple(row[n] for n in ("case", "method", "frames", "pixels")) == kind]
-        case, method, frames, pixels = kind
-        says = CASES[case].says
-        parts.append(f"## {case}, {method}: {says}; {frames} frames, {pixels} x {pixels} pixels\n")
-        head = ["seed", "RMS mm / surface / deg", "worst mm / surface / deg", "lost", "flagged", "silent"]
-        head += ["coverage % each / whole", "beam mm, inside %", "plane mm", "CPU s a frame", "MiB"]
-        lines = [_cells(str(row["seed"]), [row]) for row in sorted(mine, key=lambda row: row["seed"])]
-        parts.append(table(head, lines + ([_cells("all", mine)] if len(mine) > 1 else [])))
-        names = dict.fromkeys(name for row in mine for name in row.get("bones", {}))
-        by_bone = [
-            _cells(
-                name,
-                [row | {"bones": {name: row["bones"][name]}} for row in mine if name in row.get("bones", {})],
-            )
-            for name in names
-        ]
-        parts.append(table(["bone", *head[1:]], by_bone))
-    path.write_text("\n".join([*parts, machines(rows)]), encoding="utf-8")
-
-
-def describe(row: Row) -> str:
-    """One line about a row."""
-    return f"{row['case']} {row['method']} seed {row['seed']}: " + ", ".join(_cells("", [row])[1:])
-
-
-def _cells(title: str, rows: list[Row]) -> list[str]:
-    """One line of a table over rows and all their bones."""
-    bones = [bone for row in rows for bone in row.get("bones", {}).values()]
-    if not bones:
-        return [title, *["-"] * 10]
-
-    def rms(name: str) -> float:
-        return float(np.sqrt(np.mean(np.concatenate([bone[name] for bone in bones]) ** 2.0)))
-
-    def worst(name: str) -> float:
-        return float(np.max(np.concatenate([bone[name] for bone in bones])))
-
-    names = ("mm", "surface_mm", "deg")
-    each = 100 * np.mean([bone["inside_each"] for bone in bones])
-    whole, along = (100 * np.mean([bone[name] for bone in bones]) for name in ("inside", "inside_along"))
-    interval = np.mean([bone["along_interval_mm"] for bone in bones])
-    return [
-        title,
-        " / ".join(f"{rms(name):.2f}" for name in names),
-        " / ".join(f"{worst(name):.2f}" for name in names),
-        *(str(sum(bone[name] for bone in bones)) for name in ("lost", "doubtful", "silent")),
-        f"{each:.0f} / {whole:.0f}",
-        f"{rms('along_mm'):.2f} (+-{interval:.2f}), {along:.0f}",
-        f"{rms('across_mm'):.2f}",
-        f"{np.mean([row['seconds_a_frame'] for row in rows]):.2f}",
-        f"{np.max([row['peak_memory_mib'] for row in rows]):.0f}",
-    ]
 
 
 if __name__ == "__main__":
