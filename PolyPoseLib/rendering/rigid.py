@@ -121,7 +121,6 @@ def project_body(
     step_mm: float,
     backend: Backend,
     jacobian: bool = False,
-    exact_depth: bool = False,
 ) -> BodyProjection:
     """Render a body under its pose, inside its own footprint only.
 
@@ -140,9 +139,8 @@ def project_body(
     backend : Backend
         What computes the line integrals.
     jacobian : bool
-        Compute the derivative by the pose's perturbation as well.
-    exact_depth : bool
-        Whether the derivative along each ray is the integral's own instead of the samples', see :func:`_along_rays`.
+        Compute the derivative by the pose's perturbation as well; its component along each ray is the integral's own
+        instead of the samples', see :func:`_along_rays`.
 
     Returns
     -------
@@ -165,8 +163,7 @@ def project_body(
     rows, columns = np.arange(window[0], window[1])[:, None, None], np.arange(window[2], window[3])[:, None]
     turned = fixed_to_moving[:3, :3] @ camera.extrinsic[:3, :3].T @ camera.inverse_intrinsics
     direction = (turned[:, 2] + columns * turned[:, 0] + rows * turned[:, 1]).astype(np.float32)
-    if exact_depth:
-        gradient, by_depth = _along_rays(gradient, by_depth, direction, image)
+    gradient, by_depth = _along_rays(gradient, by_depth, direction, image)
     derivative = _jacobian(body, camera, fixed_to_moving, direction, gradient, by_depth)
     return BodyProjection(window, image, derivative)
 

@@ -144,7 +144,7 @@ class LevelFit:
         self.patient, self.level = patient, level
         self.views = LevelViews(patient.run, observations, level)
         # Along the beam of a single view, nothing else tells how well a pose is known.
-        self.problem = replace(self.views.structures(list(free)), exact_depth=True)
+        self.problem = self.views.structures(list(free))
         self._rendered: np.ndarray | None = None
 
     def fit(self, state: State) -> State:

@@ -200,8 +200,6 @@ class RigidProblem:
         Carries out the rays.
     prior : PosePrior, optional
         What is expected of the poses.
-    exact_depth : bool
-        As :func:`PolyPoseLib.rendering.rigid.project_body` takes it.
 
     """
 
@@ -213,7 +211,6 @@ class RigidProblem:
     step_mm: float
     backend: Backend
     prior: PosePrior | None = None
-    exact_depth: bool = False
 
     @property
     def size(self) -> int:
@@ -250,9 +247,7 @@ class RigidProblem:
         for k, body in enumerate(self.bodies):
             wanted = jacobian and (k in self.free_poses or self.camera_group(view_index) is not None)
             pose = state.poses[k] @ state.corrections[view_index]
-            projections.append(
-                project_body(body, camera, pose, self.step_mm, self.backend, wanted, self.exact_depth)
-            )
+            projections.append(project_body(body, camera, pose, self.step_mm, self.backend, wanted))
         return projections
 
     def render_without(self, body: int, state: State, view_index: int) -> np.ndarray:

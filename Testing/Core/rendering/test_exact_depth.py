@@ -49,16 +49,11 @@ def test_moving_along_the_beam_is_growing(name, seed):
 
     expected = (grown(1 + change) - grown(1 - change)) / (2 * change)
 
-    def along(exact):
-        part = project_body(body, camera, pose, 2.0, backend, True, exact)
-        image = np.zeros((camera.height, camera.width))
-        # A pose takes the X-ray's world to the body: pushed along the beam, the world carries the source nearer.
-        image[part.slices] = np.einsum("a,ahw->hw", beam / depth, part.jacobian[3:]) * depth
-        return np.linalg.norm(image - expected) / np.linalg.norm(expected)
-
-    exact = along(True)
-    assert exact < 0.2
-    assert along(False) > 2 * exact
+    part = project_body(body, camera, pose, 2.0, backend, True)
+    image = np.zeros((camera.height, camera.width))
+    # A pose takes the X-ray's world to the body: pushed along the beam, the world carries the source nearer.
+    image[part.slices] = np.einsum("a,ahw->hw", beam / depth, part.jacobian[3:]) * depth
+    assert np.linalg.norm(image - expected) < 0.2 * np.linalg.norm(expected)
 
 
 @pytest.mark.parametrize("name", BACKENDS)
@@ -68,7 +63,7 @@ def test_all_six_derivatives_stay_those_of_the_image(name, seed):
     camera = camera_at("tilted", 60, 70, 110)
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_rotvec(rng.normal(0, 0.5, 3)).as_matrix()
-    part = project_body(body, camera, pose, 1.0, backend, True, True)
+    part = project_body(body, camera, pose, 1.0, backend, True)
     for n in range(6):
         size = 0.002 if n < 3 else 0.1
         images = []
