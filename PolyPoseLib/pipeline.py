@@ -22,7 +22,7 @@ from PolyPoseLib.registration.bones.joint import StructureFit, fit_structures
 from PolyPoseLib.registration.bones.rejection import inconsistency_warnings, reasons_against_most
 from PolyPoseLib.registration.bones.rows import breaks
 from PolyPoseLib.registration.bones.visibility import structure_visibility
-from PolyPoseLib.registration.cameras.certainty import CameraVerdict, judge_cameras
+from PolyPoseLib.registration.cameras.certainty import CameraVerdict, judge_cameras, stage_warnings
 from PolyPoseLib.registration.cameras.initial import Regressor
 from PolyPoseLib.registration.cameras.multistart import RefinedCamera, find_camera_near
 from PolyPoseLib.registration.cameras.study import (
@@ -122,7 +122,9 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
     with monitor.timed("scoring"):
         after = score_views(run, final, joint.poses)
         agreement = structure_agreement(run, final, joint.poses)
-        verdict = judge_cameras(run, [xray.name for xray in study.xrays], final, cameras.uncertain)
+        names = [xray.name for xray in study.xrays]
+        verdict = judge_cameras(run, names, final, cameras.uncertain)
+        verdict.warnings.extend(stage_warnings(run, names, cameras.refined, final))
     with monitor.timed("uncertainty"):
         visibility = structure_visibility(run.scene, final, joint.poses)
         uncertainties = {}

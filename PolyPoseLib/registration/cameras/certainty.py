@@ -23,6 +23,9 @@ SLACK = 1.25
 LARGEST = 2.0
 """Radii beyond which nothing else makes up for it."""
 
+STAGES_DEG, STAGES_DEPTH_MM = 1.5, 10.0
+"""How far a camera may go between the camera stage and the fit of all bones without a word."""
+
 
 def anchor_similarity(run: Run, observation: Observation) -> float:
     """Local correlation around the anchor with the camera as it is, in [-1, 1]."""
@@ -129,3 +132,37 @@ def judge_cameras(
                 "landmarks."
             )
     return verdict
+
+
+def stage_warnings(
+    run: Run, names: Sequence[str], first: Sequence[Observation], final: Sequence[Observation]
+) -> list[str]:
+    """Warnings of cameras that moved once bones and soft tissue were placed.
+
+    Parameters
+    ----------
+    run : Run
+        The patient.
+    names : sequence of str
+        Of the X-rays.
+    first, final : sequence of Observation
+        The X-rays with the cameras of the camera stage and of the result.
+
+    Returns
+    -------
+    list of str
+        One sentence a camera that turned about the anchor, or moved along the beam, by more than may pass.
+
+    """
+    warnings = []
+    centre = run.scene.anchor_centre
+    for n, (name, before, after) in enumerate(zip(names, first, final, strict=True)):
+        turn = rotation_angle_deg(after.camera.extrinsic[:3, :3] @ before.camera.extrinsic[:3, :3].T)
+        deeper = float(after.camera.depth(centre) - before.camera.depth(centre)) / run.magnification
+        if turn > STAGES_DEG or abs(deeper) > STAGES_DEPTH_MM:
+            warnings.append(
+                f"The camera of {label_of(name or view_name(n))} changed by {turn:.1f} degrees and {deeper:+.0f} mm in "
+                "depth once bones and soft tissue were placed: what lies over the anchor moved, or hides it; check the "
+                "anchor in the overlay."
+            )
+    return warnings
