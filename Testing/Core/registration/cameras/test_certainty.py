@@ -7,7 +7,12 @@ from random_camera import camera
 from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.geometry.rigid import about, perturbation
-from PolyPoseLib.registration.cameras.certainty import departure, expected_near, judge_cameras
+from PolyPoseLib.registration.cameras.certainty import (
+    departure,
+    expected_near,
+    judge_cameras,
+    stage_warnings,
+)
 from PolyPoseLib.registration.cameras.initial import GIVEN_RADIUS
 from PolyPoseLib.registration.fit.camera_prior import CameraPrior
 from PolyPoseLib.registration.fit.levels import Observation
@@ -91,3 +96,25 @@ def test_an_uncertain_camera_needs_an_x_ray_that_agrees(simulated, scene):
     run = quiet_run(scene)
     assert "uncertain" in judge_cameras(run, ["A"], [found], {0}).distrust[0]
     assert judge_cameras(run, ["A"], [found], set()).distrust == []
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_both_stages_must_agree_about_a_camera(simulated, scene, seed):
+    """Within 1.5 degrees about the anchor and 10 mm along the axis; across it the picture shows a difference anyway."""
+    start, centre = simulated.cameras[0], scene.anchor_centre
+    rng = np.random.default_rng(seed)
+
+    def warnings(camera):
+        pairs = observed(simulated, 0, camera=start), observed(simulated, 0, camera=camera)
+        return stage_warnings(quiet_run(scene), ["A"], *([each] for each in pairs))
+
+    def shifted(along, across):
+        direction = start.extrinsic[:3, :3].T @ (0.0, across, along)
+        return start.with_extrinsic(start.extrinsic @ perturbation(np.r_[np.zeros(3), direction]))
+
+    assert warnings(moved(start, 1.4, 0.0, centre, rng)) == []
+    assert warnings(shifted(9.9, 3.0)) == warnings(shifted(-9.9, 3.0)) == []
+    (turned,) = warnings(moved(start, 1.6, 0.0, centre, rng))
+    (deeper,), (nearer,) = warnings(shifted(10.4, 0.0)), warnings(shifted(-12.0, 0.0))
+    assert '"A"' in turned and "1.6 degrees" in turned
+    assert "+10 mm in depth" in deeper and "-12 mm in depth" in nearer
