@@ -55,6 +55,8 @@ class TrackNodes:
         self._make_outlines()
         self._follow()
         _live.append(self)
+        if browser.GetSelectedItemNumber() < 0:
+            browser.SelectFirstItem()
         self._browser_changed()
         if track_layout.shown():
             self.show_layout()
@@ -170,11 +172,10 @@ class TrackNodes:
     def stop_correcting(self, keep: bool) -> None:
         """Take the handles away; keep the changes of this frame in the sequences, or put the bones back."""
         self._end_handles()
+        if keep:
+            self._keep()
         for name in self.transforms:
-            if keep:
-                self._keep(name)
-            else:
-                self._put_back(name)
+            self._put_back(name)
         self._show_states()
 
     @drawn_once
@@ -308,12 +309,19 @@ class TrackNodes:
     def _kept(self, name: str) -> KeptPoses:
         return KeptPoses(self.sequences.get(name))
 
-    def _keep(self, name: str) -> None:
-        """Write a bone's pose into its sequence, where a person moved it."""
-        tracked, shown = to_patient(self.record.pose(name, self.frame)), self._shown_matrix(name)
-        if not _same(shown, tracked):
-            self._kept(name).remember(self.frame, to_patient(shown))
-            self._write(name, shown)
+    def _keep(self) -> None:
+        """Write all bones' poses into their sequences, where a person moved them from the tracked ones or back.
+
+        All at first: what is remembered changes a sequence, upon which Slicer shows every bone as its sequence has it.
+        """
+        shown = {name: self._shown_matrix(name) for name in self.transforms if name in self.sequences}
+        for name, matrix in shown.items():
+            self._write(name, matrix)
+        for name, matrix in shown.items():
+            if _same(matrix, to_patient(self.record.pose(name, self.frame))):
+                self._kept(name).forget(self.frame)
+            else:
+                self._kept(name).remember(self.frame, to_patient(matrix))
 
     def _write(self, name: str, matrix: np.ndarray) -> None:
         node = self.sequences[name].GetDataNodeAtValue(str(self.frame))
