@@ -22,8 +22,13 @@ MOST_TRIANGLES = 30_000
 """Larger surfaces are coarsened, so that outlines follow the handles."""
 
 
-def surface_of(segmentation: slicer.vtkMRMLSegmentationNode, segments: Sequence[str]) -> vtk.vtkPolyData:
-    """The closed surface of segments where they are shown, RAS mm, coarsened; empty when they have no voxel."""
+def surface_of(
+    segmentation: slicer.vtkMRMLSegmentationNode, segments: Sequence[str], most: int = MOST_TRIANGLES
+) -> vtk.vtkPolyData:
+    """The closed surface of segments where they are shown, RAS mm, coarsened; empty when they have no voxel.
+
+    most: triangles, about.
+    """
     whole = vtk.vtkAppendPolyData()
     for segment in segments:
         surface = vtk.vtkPolyData()
@@ -32,18 +37,18 @@ def surface_of(segmentation: slicer.vtkMRMLSegmentationNode, segments: Sequence[
         )
         whole.AddInputData(surface)
     whole.Update()
-    return coarsened(whole.GetOutput())
+    return coarsened(whole.GetOutput(), most)
 
 
-def coarsened(surface: vtk.vtkPolyData) -> vtk.vtkPolyData:
-    """The surface with about MOST_TRIANGLES triangles, where it has more."""
-    if surface.GetNumberOfCells() <= MOST_TRIANGLES:
+def coarsened(surface: vtk.vtkPolyData, most: int = MOST_TRIANGLES) -> vtk.vtkPolyData:
+    """The surface with about so many triangles, where it has more."""
+    if surface.GetNumberOfCells() <= most:
         return surface
     fewer = vtk.vtkQuadricClustering()
     fewer.SetInputData(surface)
     box = np.array(surface.GetBounds()).reshape(3, 2)
     sides = box[:, 1] - box[:, 0]
-    cell = np.sqrt(2 * (sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0]) / MOST_TRIANGLES)
+    cell = np.sqrt(2 * (sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0]) / most)
     fewer.AutoAdjustNumberOfDivisionsOff()
     fewer.SetNumberOfDivisions(*(int(max(side / cell, 8)) for side in sides))
     fewer.Update()
@@ -103,7 +108,7 @@ class BoneHandles:
             name = free_name(_("Outline of {name}").format(name=self._name))
             self._outlines.append(Outline(number, name, self._color))
         self.model.SetDisplayVisibility(True)
-        self._show_handles(handles)
+        show_handles(self.transform, handles)
         self.draw()
 
     def hide(self) -> None:
@@ -113,7 +118,7 @@ class BoneHandles:
         self._outlines.clear()
         self._pictures = ()
         if self.present:
-            self._show_handles(False)
+            show_handles(self.transform, False)
             self.model.SetDisplayVisibility(False)
 
     @drawn_once
@@ -159,17 +164,18 @@ class BoneHandles:
         if self.present:
             self.draw()
 
-    def _show_handles(self, on: bool) -> None:
-        """Slicer's own handles of a transform; not over the X-rays, where the bone's place is another."""
-        if self.transform.GetDisplayNode() is None:
-            self.transform.CreateDefaultDisplayNodes()
-        display = self.transform.GetDisplayNode()
-        was = display.StartModify()
-        display.SetSaveWithScene(False)
-        display.SetViewNodeIDs(layouts.patient_views())
-        display.SetEditorScalingEnabled(False)
-        display.SetEditorScalingSliceEnabled(False)
-        display.SetEditorVisibility(on)
-        display.SetEditorVisibility3D(on)
-        display.SetEditorSliceIntersectionVisibility(on)
-        display.EndModify(was)
+
+def show_handles(transform: slicer.vtkMRMLTransformNode, on: bool) -> None:
+    """Slicer's own handles of a transform; not over the X-rays, where the bone's place is another."""
+    if transform.GetDisplayNode() is None:
+        transform.CreateDefaultDisplayNodes()
+    display = transform.GetDisplayNode()
+    was = display.StartModify()
+    display.SetSaveWithScene(False)
+    display.SetViewNodeIDs(layouts.patient_views())
+    display.SetEditorScalingEnabled(False)
+    display.SetEditorScalingSliceEnabled(False)
+    display.SetEditorVisibility(on)
+    display.SetEditorVisibility3D(on)
+    display.SetEditorSliceIntersectionVisibility(on)
+    display.EndModify(was)
