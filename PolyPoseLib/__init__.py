@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from PolyPoseLib.data.result import Result
     from PolyPoseLib.data.structures import Structures
     from PolyPoseLib.data.study import Study
+    from PolyPoseLib.data.tracking.correction import Correction
     from PolyPoseLib.data.truth import Truth
     from PolyPoseLib.data.volume import Volume
     from PolyPoseLib.data.xray import Xray
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Camera",
     "CancelledError",
+    "Correction",
     "InputError",
     "Options",
     "PolyPoseError",
@@ -80,6 +82,7 @@ __all__ = [
 _HOMES = {
     "Camera": "geometry.camera",
     "CancelledError": "errors",
+    "Correction": "data.tracking.correction",
     "InputError": "errors",
     "Options": "data.options",
     "PolyPoseError": "errors",

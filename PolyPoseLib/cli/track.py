@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.cli._arguments import add_progress, new_parser
 from PolyPoseLib.cli._console import progress_display, table
+from PolyPoseLib.cli._track_on import add_continuation, correction_of, options_of_earlier
 from PolyPoseLib.data.tracking.track_options import TRACK_CHOICES
 from PolyPoseLib.errors import InputError, UntrustedResultError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from PolyPoseLib.data.tracking.correction import Correction
     from PolyPoseLib.data.tracking.sequence import Sequence
     from PolyPoseLib.data.tracking.track import Track
     from PolyPoseLib.io.tracking.checkpoint import Checkpoint
@@ -89,6 +91,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="write the CT in the posture of these frames",
     )
     parser.add_argument("--threads", type=int, metavar="N", help="CPU threads (default: all)")
+    add_continuation(parser)
     add_progress(parser)
     parser.set_defaults(run=run, computes=True)
 
@@ -105,15 +108,17 @@ def run(arguments: argparse.Namespace) -> int:
     with claimed_folder(arguments.output, arguments.overwrite, stranger_in_track) as claim:
         path = checkpoint_path(arguments.output)
         _refuse_to_discard(path, arguments)
-        sequence = load_sequence(arguments.sequence, arguments.allow_outside, _given_options(arguments))
+        earlier = correction_of(arguments)
+        options = _given_options(arguments) | options_of_earlier(earlier)
+        sequence = load_sequence(arguments.sequence, arguments.allow_outside, options)
         _require_possible(sequence, arguments)
-        digest = fingerprint(sequence)
+        digest = fingerprint(sequence, earlier)
         names = sequence.structures.names
         with (
             opened_checkpoint(path, digest, names, arguments.resume) as checkpoint,
             _telling_what_is_kept(checkpoint, claim),
         ):
-            track = _track(sequence, checkpoint, arguments.progress)
+            track = _track(sequence, checkpoint, arguments.progress, earlier)
             output = save_track(track, claim, sequence, surfaces_of=surfaces, warped=warped)
         path.unlink(missing_ok=True)
     if arguments.progress != "json":
@@ -126,16 +131,18 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _track(sequence: Sequence, checkpoint: Checkpoint, kind: str) -> Track:
+def _track(sequence: Sequence, checkpoint: Checkpoint, kind: str, earlier: Correction | None) -> Track:
     """Track a sequence with its progress shown, every frame kept once it is fitted."""
     from PolyPoseLib.tracking.follow import track
 
-    done = tuple(each for each, n in zip(checkpoint.done, sequence.frames, strict=False) if each.frame == n)
-    if done:
-        _LOG.info("Going on after %d of %d frames.", len(done), sequence.frame_count)
+    if checkpoint.done:
+        frames = sequence.frame_count if earlier is None else len(earlier.renewed)
+        again = len(checkpoint.done) - checkpoint.kept
+        back = f", {again} looked at again on the way back" if again else ""
+        _LOG.info("Going on after %d of %d frames%s.", checkpoint.kept, frames, back)
     display = progress_display(kind)
     try:
-        found = track(sequence, progress=display, done=done, keep=checkpoint.keep)
+        found = track(sequence, progress=display, done=checkpoint.done, keep=checkpoint.keep, earlier=earlier)
     finally:
         display.close()
     for warning in found.warnings:

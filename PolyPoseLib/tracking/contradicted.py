@@ -22,8 +22,22 @@ def with_contradictions(patient: Patient, frames: Sequence[TrackedFrame]) -> lis
     widened = []
     for frame in frames:
         covariances = frame.covariances.copy()
-        for k, doubts in enumerate(frame.doubts):
-            if is_found(frame, k) and any(line.startswith(AGAINST) for line in doubts):
+        for k in range(len(covariances)):
+            if _is_contradicted(frame, k):
                 covariances[k] += doubted
         widened.append(replace(frame, covariances=covariances))
     return widened
+
+
+def without_contradictions(patient: Patient, frame: TrackedFrame) -> TrackedFrame:
+    """A frame with covariances as they were before :func:`with_contradictions`, but for rounding."""
+    doubted = patient.covariances_at_true_size(PoseUncertainty.doubted().covariance)
+    covariances = frame.covariances.copy()
+    for k in range(len(covariances)):
+        if _is_contradicted(frame, k):
+            covariances[k] -= doubted
+    return replace(frame, covariances=covariances)
+
+
+def _is_contradicted(frame: TrackedFrame, k: int) -> bool:
+    return is_found(frame, k) and any(line.startswith(AGAINST) for line in frame.doubts[k])

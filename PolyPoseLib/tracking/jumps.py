@@ -13,6 +13,9 @@ from PolyPoseLib.tracking.assessment import JUMP_MM, JUMPS, SURE, distance_mm
 from PolyPoseLib.tracking.patient import Patient
 from PolyPoseLib.tracking.prediction import between_poses, is_found
 
+BESIDE = "mm from the middle of its poses in the frames beside it"
+"""How the line about a jump ends."""
+
 
 def with_jumps(patient: Patient, frames: Sequence[TrackedFrame]) -> list[TrackedFrame]:
     """The frames, with a doubt about every pose that is far from the middle of its neighbours'."""
@@ -36,8 +39,14 @@ def with_jumps(patient: Patient, frames: Sequence[TrackedFrame]) -> list[Tracked
         usual = float(np.quantile(away[away > 0], 0.25)) if (away > 0).any() else 0.0
         for n in np.flatnonzero((away > max(JUMP_MM, JUMPS * usual)) & certain):
             distance = away[n] / patient.factor
-            line = f"it is {distance:.1f} mm from the middle of its poses in the frames beside it"
+            line = f"it is {distance:.1f} {BESIDE}"
             doubts = list(marked[n].doubts)
             doubts[k] = (*doubts[k], line)
             marked[n] = replace(marked[n], doubts=tuple(doubts))
     return marked
+
+
+def without_jumps(frame: TrackedFrame) -> TrackedFrame:
+    """A frame without the doubts that :func:`with_jumps` added."""
+    doubts = (tuple(line for line in lines if not line.endswith(BESIDE)) for lines in frame.doubts)
+    return replace(frame, doubts=tuple(doubts))

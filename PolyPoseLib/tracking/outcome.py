@@ -55,7 +55,7 @@ def tracked_frame(
         poses[k], covariances[k], origin[k] = predicted[k], PoseUncertainty.unseen().covariance, "none"
     if beside:
         frame = TrackedFrame(number, poses, covariances, found.residuals, found.doubts, tuple(origin))
-        return _with_still(patient, frame, beside[-1])
+        return _with_still(patient.still, frame, beside[-1])
     for k in patient.still:
         if origin[k] == "given":  # somebody vouches for it
             poses[k], covariances[k] = predicted[k], GIVEN.covariance
@@ -78,14 +78,21 @@ def lost_frame(
         ((why,),) * count,
         ("none",) * count,
     )
-    return _with_still(patient, frame, before)
+    return _with_still(patient.still, frame, before)
 
 
-def _with_still(patient: Patient, frame: TrackedFrame, beside: TrackedFrame) -> TrackedFrame:
+def with_poses_of(frame: TrackedFrame, other: TrackedFrame, which: Sequence[int]) -> TrackedFrame:
+    """A frame in which some structures are as in another, with all that is known of them there."""
+    residuals = frame.residuals.copy()
+    residuals[which] = other.residuals[which]
+    return replace(_with_still(which, frame, other), residuals=residuals)
+
+
+def _with_still(still: Sequence[int], frame: TrackedFrame, beside: TrackedFrame) -> TrackedFrame:
     """A frame in which the structures that stand still are as in another, with what speaks against them there."""
     poses, covariances = frame.poses.copy(), frame.covariances.copy()
     doubts, sources = list(frame.doubts), list(frame.sources)
-    for k in patient.still:
+    for k in still:
         poses[k], covariances[k] = beside.poses[k], beside.covariances[k]
         doubts[k], sources[k] = beside.doubts[k], beside.sources[k]
     return replace(frame, poses=poses, covariances=covariances, doubts=tuple(doubts), sources=tuple(sources))

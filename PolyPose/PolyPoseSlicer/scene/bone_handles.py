@@ -103,7 +103,7 @@ class BoneHandles:
             name = free_name(_("Outline of {name}").format(name=self._name))
             self._outlines.append(Outline(number, name, self._color))
         self.model.SetDisplayVisibility(True)
-        self._show_handles(handles)
+        show_handles(self.transform, handles)
         self.draw()
 
     def hide(self) -> None:
@@ -113,7 +113,7 @@ class BoneHandles:
         self._outlines.clear()
         self._pictures = ()
         if self.present:
-            self._show_handles(False)
+            show_handles(self.transform, False)
             self.model.SetDisplayVisibility(False)
 
     @drawn_once
@@ -159,17 +159,18 @@ class BoneHandles:
         if self.present:
             self.draw()
 
-    def _show_handles(self, on: bool) -> None:
-        """Slicer's own handles of a transform; not over the X-rays, where the bone's place is another."""
-        if self.transform.GetDisplayNode() is None:
-            self.transform.CreateDefaultDisplayNodes()
-        display = self.transform.GetDisplayNode()
-        was = display.StartModify()
-        display.SetSaveWithScene(False)
-        display.SetViewNodeIDs(layouts.patient_views())
-        display.SetEditorScalingEnabled(False)
-        display.SetEditorScalingSliceEnabled(False)
-        display.SetEditorVisibility(on)
-        display.SetEditorVisibility3D(on)
-        display.SetEditorSliceIntersectionVisibility(on)
-        display.EndModify(was)
+
+def show_handles(transform: slicer.vtkMRMLTransformNode, on: bool) -> None:
+    """Slicer's own handles of a transform; not over the X-rays, where the bone's place is another."""
+    if transform.GetDisplayNode() is None:
+        transform.CreateDefaultDisplayNodes()
+    display = transform.GetDisplayNode()
+    was = display.StartModify()
+    display.SetSaveWithScene(False)
+    display.SetViewNodeIDs(layouts.patient_views())
+    display.SetEditorScalingEnabled(False)
+    display.SetEditorScalingSliceEnabled(False)
+    display.SetEditorVisibility(on)
+    display.SetEditorVisibility3D(on)
+    display.SetEditorSliceIntersectionVisibility(on)
+    display.EndModify(was)

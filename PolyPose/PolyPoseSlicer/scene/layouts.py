@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 import slicer
 
+from . import track_layout
+from .layout_items import THREE_D, item, layout, plot_item, slice_item, xray_item
+from .layout_items import THREE_D_VIEW as THREE_D_VIEW
 from .xray_views import view_group, view_name
 
 LAYOUT = 6120
@@ -25,28 +28,8 @@ _NARROW_ROW = 2
 """X-rays side by side in a narrow window."""
 
 PLOT_VIEW = "PolyPosePlot"
-THREE_D_VIEW = "1"
-"""Slicer's own first 3D view."""
 
-_XRAY = """<item splitSize="500"><view class="vtkMRMLSliceNode" singletontag="{name}">
-<property name="orientation" action="default">Axial</property>
-<property name="viewlabel" action="default">X{number}</property>
-<property name="viewgroup" action="default">{group}</property>
-<property name="viewcolor" action="default">#E0A030</property></view></item>"""
-_SLICE = """<item splitSize="500"><view class="vtkMRMLSliceNode" singletontag="{name}">
-<property name="orientation" action="default">{orientation}</property>
-<property name="viewlabel" action="default">{name[0]}</property>
-<property name="viewcolor" action="default">{color}</property></view></item>"""
 _SLICES = (("Red", "Axial", "#F34A33"), ("Yellow", "Sagittal", "#EDD54C"), ("Green", "Coronal", "#6EB04B"))
-_PLOT = (
-    f'<item splitSize="500"><view class="vtkMRMLPlotViewNode" singletontag="{PLOT_VIEW}">'
-    '<property name="viewlabel" action="default">P</property></view></item>'
-)
-_THREE_D = (
-    f'<item splitSize="500"><view class="vtkMRMLViewNode" singletontag="{THREE_D_VIEW}">'
-    '<property name="viewlabel" action="default">1</property></view></item>'
-)
-_SPLIT = ' split="true"'
 
 
 @dataclass(frozen=True)
@@ -65,27 +48,19 @@ class Arrangement:
     @property
     def description(self) -> str:
         """The layout's XML."""
-        xrays = [
-            _XRAY.format(name=view_name(each), number=each + 1, group=view_group(each))
-            for each in range(self.views)
-        ]
-        slices = [
-            _SLICE.format(name=name, orientation=orientation, color=color)
-            for name, orientation, color in _SLICES
-        ]
-        curve = [_PLOT] if self.plot else []
+        xrays = [xray_item(view_name(each), each + 1, view_group(each)) for each in range(self.views)]
+        slices = [slice_item(*each) for each in _SLICES]
+        curve = [plot_item(PLOT_VIEW, "P")] if self.plot else []
         in_row = _NARROW_ROW if self.narrow else self.views
-        rows = [
-            _layout("horizontal", xrays[first : first + in_row]) for first in range(0, self.views, in_row)
-        ]
-        patient = [_THREE_D, *slices, *curve]
+        rows = [layout("horizontal", xrays[first : first + in_row]) for first in range(0, self.views, in_row)]
+        patient = [THREE_D, *slices, *curve]
         if self.narrow:
-            patient = [_THREE_D, _item(_layout("tab", [*slices, *curve], split=False))]
-        return _layout(
+            patient = [THREE_D, item(layout("tab", [*slices, *curve], split=False))]
+        return layout(
             "vertical",
             [
-                *(_item(row, 600 // len(rows)) for row in rows),
-                _item(_layout("horizontal", patient), 400),
+                *(item(row, 600 // len(rows)) for row in rows),
+                item(layout("horizontal", patient), 400),
             ],
         )
 
@@ -98,26 +73,16 @@ _ALL = [
 ]
 
 
-def _layout(kind: str, items: list[str], split: bool = True) -> str:
-    """A layout's element around its items."""
-    return f'<layout type="{kind}"{_SPLIT if split else ""}>{"".join(items)}</layout>'
-
-
-def _item(content: str, size: int = 500) -> str:
-    """An item around a layout; size: its share of a split."""
-    return f'<item splitSize="{size}">{content}</item>'
-
-
 def register() -> None:
     """Make the layouts known: a scene that was saved in one of them opens in it, and not in an empty window."""
     manager = slicer.app.layoutManager()
     if manager is None:
         return
     node = manager.layoutLogic().GetLayoutNode()
-    for each in _ALL:
+    for each in (*_ALL, *track_layout.ALL):
         if not node.IsLayoutDescription(each.number):
             node.AddLayoutDescription(each.number, each.description)
-    if shown():  # a scene that was loaded before the layouts were known
+    if shown() or track_layout.shown():  # a scene that was loaded before the layouts were known
         node.SetViewArrangement(node.GetViewArrangement())
 
 
@@ -146,10 +111,10 @@ def shown() -> bool:
     return current in {each.number for each in _ALL}
 
 
-def show_plot(chart: slicer.vtkMRMLPlotChartNode | None) -> None:
-    """Put a chart into the layout's plot view."""
+def show_plot(chart: slicer.vtkMRMLPlotChartNode | None, name: str = PLOT_VIEW) -> None:
+    """Put a chart into a plot view, by default the layout's."""
     for view in slicer.util.getNodesByClass("vtkMRMLPlotViewNode"):
-        if view.GetLayoutName() == PLOT_VIEW:
+        if view.GetLayoutName() == name:
             view.SetPlotChartNodeID(chart.GetID() if chart is not None else None)
 
 
@@ -172,5 +137,5 @@ def patient_views() -> list[str]:
 
 def _without_xrays(nodes: list) -> list:
     """Those nodes of slice views that do not belong to an X-ray's."""
-    xrays = {view_name(each) for each in range(MOST_VIEWS)}
+    xrays = {name(each) for each in range(MOST_VIEWS) for name in (view_name, track_layout.view_name)}
     return [node for node in nodes if node.GetLayoutName() not in xrays]

@@ -191,28 +191,42 @@ def aim_view(number: int, picture: XrayPicture, from_detector: bool) -> bool:
     image = part(number, "image")
     if logic is None or image is None:
         return False
+    logic.GetSliceNode().SetViewGroup(view_group(number))
+    aim(logic, image, picture.plane, picture.xray.shape, from_detector)
+    return True
+
+
+def aim(
+    logic: slicer.vtkMRMLSliceLogic,
+    image: slicer.vtkMRMLVolumeNode | None,
+    plane: np.ndarray,
+    shape: tuple[int, int],
+    from_detector: bool,
+) -> None:
+    """Let a slice view show an image of shape (H, W) whole, and no other volume.
+
+    plane: (4, 4) from (column, row, slice, 1) as seen from the source to RAS mm.
+    """
     composite = logic.GetSliceCompositeNode()
     composite.SetLinkedControl(False)
     composite.SetDoPropagateVolumeSelection(False)  # a volume that is loaded later does not take its place
-    composite.SetBackgroundVolumeID(image.GetID())
+    composite.SetBackgroundVolumeID(image.GetID() if image is not None else None)
     composite.SetForegroundVolumeID(None)
     composite.SetLabelVolumeID(None)
     node = logic.GetSliceNode()
-    node.SetViewGroup(view_group(number))
     matrix = np.eye(4)
-    columns, rows = (picture.plane[:3, axis] / np.linalg.norm(picture.plane[:3, axis]) for axis in (0, 1))
+    columns, rows = (plane[:3, axis] / np.linalg.norm(plane[:3, axis]) for axis in (0, 1))
     matrix[:3, 0] = -columns if from_detector else columns
     matrix[:3, 1] = -rows
     matrix[:3, 2] = np.cross(matrix[:3, 0], matrix[:3, 1])
-    height, width = picture.xray.shape
-    matrix[:, 3] = picture.plane @ [(width - 1) / 2, (height - 1) / 2, 0, 1]
+    height, width = shape
+    matrix[:, 3] = plane @ [(width - 1) / 2, (height - 1) / 2, 0, 1]
     node.GetSliceToRAS().DeepCopy(to_vtk(matrix))
     node.UpdateMatrices()
     across, down, _depth = node.GetDimensions()
-    extent = np.linalg.norm(picture.plane[:3, 0]) * width, np.linalg.norm(picture.plane[:3, 1]) * height
+    extent = np.linalg.norm(plane[:3, 0]) * width, np.linalg.norm(plane[:3, 1]) * height
     scale = max(extent[0] / max(across, 1), extent[1] / max(down, 1)) * 1.02
     node.SetFieldOfView(scale * across, scale * down, node.GetFieldOfView()[2])
-    return True
 
 
 def view_size(number: int) -> tuple[int, int] | None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.tracking.joints import Joint
+from PolyPoseLib.data.tracking.track_inputs import TrackInputs, inputs_of
 from PolyPoseLib.data.tracking.track_options import TrackOptions
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
@@ -156,6 +158,11 @@ class Sequence:
     def frame_count(self) -> int:
         """How many frames are tracked."""
         return len(self.frames)
+
+    @cached_property
+    def inputs(self) -> TrackInputs:
+        """Digests by which the sequence is known again, made when they are first asked for; raises InputError."""
+        return inputs_of(self)
 
     def seconds(self, frame: int) -> float:
         """Time of a frame since the sequence's first."""

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from PolyPoseLib.data.tracking.track_inputs import TrackInputs
 from PolyPoseLib.geometry.camera import Camera
 
-SOURCES = ("forward", "backward", "restart", "given", "none")
-"""Where a frame's pose comes from; "none" where the structure was lost."""
+SOURCES = ("forward", "backward", "restart", "given", "corrected", "none")
+"""Where a frame's pose comes from; "corrected" by hand, "none" where the structure was lost."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +47,27 @@ class TrackedFrame:
     cpu_seconds: float = 0.0
 
 
+@dataclass(frozen=True)
+class Corrected:
+    """A correction that is in a track.
+
+    Parameters
+    ----------
+    frame : int
+        Number of the frame that was corrected by hand.
+    structures : tuple of str
+        Which were.
+    first, last : int
+        Numbers of the frames that were tracked anew from there.
+
+    """
+
+    frame: int
+    structures: tuple[str, ...]
+    first: int
+    last: int
+
+
 @dataclass(frozen=True, eq=False)
 class Track:
     """The whole sequence.
@@ -74,6 +96,10 @@ class Track:
         What it was computed on.
     versions : mapping of str to str
         And with.
+    inputs : TrackInputs, optional
+        By which the sequence is known again; None where nobody kept them.
+    corrections : tuple of Corrected
+        By hand, in their order.
 
     """
 
@@ -88,6 +114,8 @@ class Track:
     distrust: tuple[str, ...] = ()
     device: str = ""
     versions: Mapping[str, str] = field(default_factory=dict)
+    inputs: TrackInputs | None = None
+    corrections: tuple[Corrected, ...] = ()
 
     @property
     def poses(self) -> np.ndarray:

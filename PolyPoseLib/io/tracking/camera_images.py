@@ -21,9 +21,6 @@ from PolyPoseLib.io.xray.fields import XrayFields
 from PolyPoseLib.io.xray.intensity import Conversion, conversion_of
 from PolyPoseLib.io.xray.values import PixelValues
 
-LOOKED_AT = 9
-"""Images on which scale and mask are decided."""
-
 LEAST_CONTRAST = 0.2
 """Span of an image's gray values, in that of the richest of those that are looked at, below which it shows nothing."""
 
@@ -46,12 +43,6 @@ class Decision:
 
     conversion: Conversion
     mask: np.ndarray
-
-
-def spread(numbers: range, most: int = LOOKED_AT) -> list[int]:
-    """At most so many numbers of a range, evenly spread, its first and last among them."""
-    places = np.linspace(0, len(numbers) - 1, min(most, len(numbers))).round().astype(int)
-    return [numbers[place] for place in dict.fromkeys(places.tolist())]
 
 
 def decide(

@@ -11,10 +11,11 @@ import numpy as np
 
 from PolyPoseLib.data.notes import Notes
 from PolyPoseLib.data.tracking.sequence import TrackView
+from PolyPoseLib.data.tracking.track_inputs import spread
 from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.distortion import undistortion
-from PolyPoseLib.io.tracking.camera_images import CameraImages, decide, spread
+from PolyPoseLib.io.tracking.camera_images import CameraImages, decide
 from PolyPoseLib.io.tracking.image_run import ImageRun, open_run
 from PolyPoseLib.io.xray.calibrated import Calibrated, with_calibration
 from PolyPoseLib.io.xray.calibration import read_calibration

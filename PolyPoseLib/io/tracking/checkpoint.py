@@ -1,6 +1,7 @@
-"""The checkpoint of a run: a file beside the output to which every frame is appended once it is fitted.
+"""The checkpoint of a run: a file beside the output to which every frame is appended once a pass is through with it.
 
-The first line says what is tracked, every further one holds a frame; each begins with the checksum of its rest. A line
+The first line says what is tracked, every further one holds a frame, in the order in which they were made: those of the
+pass forward, then the same frames again on the way back; each line begins with the checksum of its rest. A line
 is written by one call and flushed to the disk, so that a process that is killed at any moment, or a machine that loses
 power, leaves whole lines and at most the beginning of another one, which the next run cuts off.
 """
@@ -22,7 +23,7 @@ from PolyPoseLib.io.files import refuse_special_file
 from PolyPoseLib.io.json_records import Record, list_of, parse_object, string
 from PolyPoseLib.io.tracking.frame_records import frame_fields, frame_of, require_sound
 
-FORMAT = "polypose track checkpoint 1"
+FORMAT = "polypose track checkpoint 2"
 
 ENDING = ".partial"
 
@@ -46,7 +47,7 @@ class Checkpoint:
     Attributes
     ----------
     done : tuple of TrackedFrame
-        Frames of the interrupted run, in the order of time.
+        What the interrupted run kept, in its order.
 
     """
 
@@ -54,7 +55,12 @@ class Checkpoint:
         self, descriptor: int, path: Path, names: Sequence[str], done: tuple[TrackedFrame, ...]
     ) -> None:
         self._descriptor, self.path, self._names, self.done = descriptor, path, tuple(names), done
-        self.kept = len(done)
+        self._numbers = [each.frame for each in done]
+
+    @property
+    def kept(self) -> int:
+        """How many frames are in the file, each counted once."""
+        return len(set(self._numbers))
 
     def keep(self, frame: TrackedFrame) -> None:
         """Append a frame; it is on the disk when this returns. Raises InputError."""
@@ -62,7 +68,7 @@ class Checkpoint:
             frame, len(self._names), lambda k: f'The pose of "{self._names[k]}" in frame {frame.frame}'
         )
         _append(self._descriptor, json.dumps(frame_fields(frame), allow_nan=False), self.path)
-        self.kept += 1
+        self._numbers.append(frame.frame)
 
 
 @contextmanager
@@ -121,7 +127,7 @@ def frames_left(path: Path) -> int | None:
     if header is None:
         return 0
     _require_ours(header[0], path)
-    return sum(1 for _ in lines)
+    return len({_number(text) for text, _ in lines})
 
 
 def _read(path: Path, digest: str, names: Sequence[str]) -> tuple[tuple[TrackedFrame, ...], int]:
@@ -140,15 +146,23 @@ def _read(path: Path, digest: str, names: Sequence[str]) -> tuple[tuple[TrackedF
             "options or another version): replace --resume by --overwrite to begin anew."
         )
     parser, size = frame_of(len(names)), first[1]
-    frames: dict[int, TrackedFrame] = {}
+    frames: list[TrackedFrame] = []
     for text, end in lines:
         try:
             frame = parser(parse_object(text, "a line"), "a frame")
         except InputError:
             break  # written by another program: what follows cannot be relied on, either
-        frames[frame.frame] = frame
+        frames.append(frame)
         size = end
-    return tuple(frames[number] for number in sorted(frames)), size
+    return tuple(frames), size
+
+
+def _number(text: str) -> object:
+    """The number of the frame that a line holds."""
+    try:
+        return parse_object(text, "a line").get("frame")
+    except InputError:
+        return None
 
 
 def _require_ours(text: str, path: Path) -> dict[str, object]:

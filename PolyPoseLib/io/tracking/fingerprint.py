@@ -1,32 +1,31 @@
-"""A sequence's fingerprint: two sequences that are tracked alike have the same, so that a run can be resumed."""
+"""A run's fingerprint: two runs that find the same poses have the same, so that one can go on where another ended."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-
-import numpy as np
+from dataclasses import asdict
 
 from PolyPoseLib import __version__
+from PolyPoseLib.data.tracking.correction import Correction
 from PolyPoseLib.data.tracking.sequence import Sequence
 from PolyPoseLib.io.json_records import plain
-from PolyPoseLib.io.tracking.camera_images import spread
-
-LOOKED_AT = 9
-"""Images of each camera whose pixels count."""
+from PolyPoseLib.io.tracking.frame_records import frame_fields
 
 
-def fingerprint(sequence: Sequence) -> str:
-    """A digest of all on which the poses of a forward pass depend.
+def fingerprint(sequence: Sequence, earlier: Correction | None = None) -> str:
+    """A digest of all on which the poses that are kept of an interrupted run depend.
 
-    The backward pass, smoothing and joints with their landmarks come after what is resumed, and threads change nothing.
-    The range of frames counts, because the images' scale is decided on it. Of the images, a few spread over the frames
-    count: reading all of them takes minutes.
+    Smoothing and joints with their landmarks come after them, threads change nothing, and without the pass backward
+    the frames of the passes before it are the same. The range of frames counts, because the images' scale is decided
+    on it. Of the images, a few spread over the frames count.
 
     Parameters
     ----------
     sequence : Sequence
         To be tracked.
+    earlier : Correction, optional
+        From which it is tracked on: the correction counts, and all of the earlier track's frames.
 
     Returns
     -------
@@ -35,7 +34,6 @@ def fingerprint(sequence: Sequence) -> str:
 
     """
     options = sequence.options
-    digest = hashlib.sha256()
     texts = {
         "version": __version__,
         "names": sequence.structures.names,
@@ -43,13 +41,8 @@ def fingerprint(sequence: Sequence) -> str:
         "reference": sequence.reference,
         "still": sequence.still,
         "initial_poses": dict(sorted(sequence.initial_poses.items())),
-        "options": [
-            options.start,
-            options.prediction,
-            options.first,
-            options.last,
-            options.kernel,
-        ],
+        "options": [options.start, options.prediction, options.kernel],
+        "inputs": asdict(sequence.inputs),
         "cameras": [
             [
                 view.name,
@@ -61,14 +54,16 @@ def fingerprint(sequence: Sequence) -> str:
             ]
             for view in sequence.views
         ],
+        "correction": None if earlier is None else _fields(earlier),
     }
-    digest.update(json.dumps(plain(texts), sort_keys=True).encode())
-    for each in (sequence.ct.affine, sequence.ct.voxels, sequence.structures.labels):
-        digest.update(f"{each.dtype.str}{each.shape}".encode())
-        digest.update(np.ascontiguousarray(each).data)
-    for view in sequence.views:
-        for number in spread(range(options.first, sequence.available), LOOKED_AT):
-            image, mask = view.images.read(view.first + number)
-            digest.update(image.tobytes())
-            digest.update(np.packbits(mask).tobytes())
-    return digest.hexdigest()
+    return hashlib.sha256(json.dumps(plain(texts), sort_keys=True).encode()).hexdigest()
+
+
+def _fields(earlier: Correction) -> dict[str, object]:
+    """All of a correction that changes what is found."""
+    return {
+        "frame": earlier.frame,
+        "poses": dict(earlier.poses),
+        "renewed": [earlier.renewed.start, earlier.renewed.stop],
+        "frames": [frame_fields(each) for each in earlier.track.frames],
+    }

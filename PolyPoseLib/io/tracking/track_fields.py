@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from itertools import pairwise
 from typing import Any
 
-from PolyPoseLib.data.tracking.track import Track, TrackedFrame
+from PolyPoseLib.data.tracking.track import Corrected, Track, TrackedFrame
+from PolyPoseLib.data.tracking.track_inputs import TrackInputs
 from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.geometry.camera import Camera, require_intrinsics
 from PolyPoseLib.geometry.rigid import require_rigid
@@ -57,6 +59,8 @@ def track_fields(track: Track) -> dict[str, Any]:
             ],
             "device": track.device,
             "versions": track.versions,
+            "inputs": None if track.inputs is None else asdict(track.inputs),
+            "corrections": [asdict(each) for each in track.corrections],
             "warnings": track.warnings,
             "frames": [frame_fields(each) for each in track.frames],
         }
@@ -94,6 +98,8 @@ def track_of(fields: Mapping[str, Any]) -> Track:
         distrust=tuple(distrust),
         device=record.required("device", string),
         versions=record.required("versions", object_of(string)),
+        inputs=record.optional("inputs", _inputs),
+        corrections=tuple(record.optional("corrections", list_of(_corrected)) or ()),
     )
 
 
@@ -104,6 +110,29 @@ def _require_order(frames: list[TrackedFrame]) -> None:
     numbers = [each.frame for each in frames]
     if any(after <= before for before, after in pairwise(numbers)):
         raise InputError('"frames" must be in the order of time, each once.')
+
+
+def _inputs(value: Any, place: str) -> TrackInputs:
+    """The digests of what was tracked."""
+    record = Record.within(value, place)
+    return TrackInputs(
+        ct=record.required("ct", string),
+        labels=record.required("labels", string),
+        images=record.required("images", object_of(string)),
+        first=record.required("first", whole_number(0)),
+        last=record.optional("last", whole_number(0)),
+    )
+
+
+def _corrected(value: Any, place: str) -> Corrected:
+    """One correction by hand."""
+    record = Record.within(value, place)
+    return Corrected(
+        frame=record.required("frame", whole_number(0)),
+        structures=tuple(record.required("structures", list_of(string))),
+        first=record.required("first", whole_number(0)),
+        last=record.required("last", whole_number(0)),
+    )
 
 
 def _camera(value: Any, place: str) -> tuple[str, Camera]:

@@ -144,7 +144,7 @@ def stand_in(
     """A module in the place of the tracker: it reads every image, keeps every frame and fits nothing."""
     from PolyPoseLib.data.progress import Progress
 
-    def track(sequence, progress=None, cancel=None, done=(), keep=None):
+    def track(sequence, progress=None, cancel=None, done=(), keep=None, earlier=None):
         frames = {each.frame: each for each in done}
         for number in sequence.frames:
             if number in frames:

@@ -11,8 +11,8 @@ from json_values import assert_one_sentence
 from track_case import SHAPE, camera, mayacam, picture, write_pictures
 from xray_samples import dataset, save
 
+from PolyPoseLib.data.tracking.track_inputs import spread
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.tracking.camera_images import spread
 from PolyPoseLib.io.tracking.cameras import read_camera
 from PolyPoseLib.io.xray.read import read_xray
 
