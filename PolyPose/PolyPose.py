@@ -19,11 +19,10 @@ from slicer.util import VTKObservationMixin
 if str(Path(__file__).parent) not in sys.path:
     sys.path.insert(0, str(Path(__file__).parent))
 
+from PolyPoseSlicer.logic import PolyPoseLogic
 from PolyPoseSlicer.process import environment
 
 environment.make_core_importable()
-
-from PolyPoseSlicer.logic import PolyPoseLogic
 
 
 class PolyPose(ScriptedLoadableModule):

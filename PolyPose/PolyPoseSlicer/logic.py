@@ -175,9 +175,9 @@ class PolyPoseLogic(TrackLogic, ScriptedLoadableModuleLogic):
             As in `register`; after UntrustedResultError the output nodes are stored as well.
 
         """
-        from .study.parameters import store_outputs
-
         from PolyPoseLib.errors import UntrustedResultError
+
+        from .study.parameters import store_outputs
 
         parameters = parameterNode or self.getParameterNode()
         registration = self.startParameters(parameters, preview=False)

@@ -9,6 +9,7 @@ from PolyPoseLib.errors import InputError
 from .process import environment
 from .process.track_folder import TRACKS
 from .process.track_run import Continuation, TrackRun
+from .process.track_saving import remember_folder
 from .study.track_inputs import inputs_of
 from .study.track_plan import TrackPlan, plan_of
 from .study.track_request import TrackRequest
@@ -41,4 +42,6 @@ def show(
     request: TrackRequest, folder: Path, replaced: TrackNodes | None = None, plan: TrackPlan | None = None
 ) -> TrackNodes:
     """Put the folder of a track into the scene, on the nodes of its request; replaced: those of an earlier one."""
-    return show_track(folder, inputs_of(request, plan or planned(request)), replaced)
+    nodes = show_track(folder, inputs_of(request, plan or planned(request)), replaced)
+    remember_folder(nodes, folder)
+    return nodes

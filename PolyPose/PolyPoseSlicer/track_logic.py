@@ -21,7 +21,9 @@ class TrackLogic:
 
     if TYPE_CHECKING:
 
-        def getParameterNode(self) -> PolyPoseParameterNode: ...
+        def getParameterNode(self) -> PolyPoseParameterNode:
+            """The scene's parameter node."""
+            ...
 
     def track(
         self,

@@ -1,4 +1,4 @@
-"""The Motion section: one button that tracks, what is missing, progress, and the frames that an interrupted run keeps."""
+"""The Motion section: one button that tracks, what is missing, progress, and the frames that were kept."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class _Task:
 class TrackPart:
     """Starts, shows and ends one tracking.
 
-    done: called when a track is in the scene, trusted or not, with its nodes and the track.
+    done: called when a track is in the scene, trusted or not, with its nodes.
     changed: called when one has started and when it has ended.
     """
 
@@ -54,7 +54,7 @@ class TrackPart:
         logic: Any,
         requirements: str,
         reader: XrayReader,
-        done: Callable[[Any, Any], None],
+        done: Callable[[Any], None],
         changed: Callable[[], None],
     ) -> None:
         """requirements: path of the list of Python packages that the child needs. reader: of the X-rays' table."""
@@ -184,7 +184,7 @@ class TrackPart:
             self.say(str(error))
             return
         self.say(done_text(run))
-        self._done(nodes, run.track)
+        self._done(nodes)
 
     def _finish(self) -> None:
         """Forget the run."""

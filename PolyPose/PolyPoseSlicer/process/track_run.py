@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,36 +26,33 @@ if TYPE_CHECKING:
 PASSES = ("tracking", "tracking back")
 """Stages of the core in which frames are fitted one by one."""
 
-_POSES = "poses.json"
-
 
 @dataclass(frozen=True)
 class Continuation:
     """Where an earlier track goes on from.
 
-    track: its folder. frame: that was corrected. poses: of the bones that were moved, (4, 4) from the rig's world to
-    the CT, LPS mm. direction: forward, backward or both.
+    track: the text of its track.json. frame: to go on from. poses: of the bones that were corrected in it, (4, 4) from
+    the rig's world to the CT, LPS mm. direction: forward, backward or both.
     """
 
-    track: Path
+    track: str
     frame: int
     poses: Mapping[str, np.ndarray]
     direction: str
 
-    def arguments(self, poses: Path) -> list[str]:
-        """The command line's; poses: the file that `write` made."""
-        return [
-            "--continue", str(self.track), "--at", str(self.frame), "--poses", str(poses),
-            "--direction", self.direction,
-        ]  # fmt: skip
+    def write(self, folder: Path) -> list[str]:
+        """Write what the child reads into a folder, and return the command line's arguments."""
+        from PolyPoseLib.io.tracking.corrected_poses import write_corrected_poses
+        from PolyPoseLib.io.tracking.tracks import TRACK
 
-    def write(self, folder: Path) -> None:
-        """Write the poses for the child."""
-        fields = {
-            "version": 1,
-            "poses": {name: np.asarray(pose).tolist() for name, pose in self.poses.items()},
-        }
-        (folder / _POSES).write_text(json.dumps(fields), encoding="utf-8")
+        earlier, poses = folder / "earlier", folder / "poses.json"
+        earlier.mkdir()
+        (earlier / TRACK).write_text(self.track, encoding="utf-8")
+        arguments = ["--continue", str(earlier), "--at", str(self.frame), "--direction", self.direction]
+        if not self.poses:
+            return arguments
+        write_corrected_poses(poses, self.poses)
+        return [*arguments, "--poses", str(poses)]
 
 
 class TrackRun(StudyRun):
@@ -97,8 +93,11 @@ class TrackRun(StudyRun):
             Another program than PolyPoseLib, for tests.
 
         """
-        self.output, self.track = output, None
+        self.output = output
+        self.track: Track | None = None
         self._data, self._resume, self._continuation = data, resume, continuation
+        self._more_arguments: list[str] = []
+        self._untrusted: UntrustedResultError | None = None
         self._pace = Pace()
         super().__init__(data.study, command or [python_executable(), "-m", "PolyPoseLib"], _("tracking"))
 
@@ -114,15 +113,13 @@ class TrackRun(StudyRun):
 
     def _write(self) -> Path:
         if self._continuation is not None:
-            self._continuation.write(self._folder)
+            self._more_arguments = self._continuation.write(self._folder)
         return write_track(self._data, self._folder, lambda: self._cancelling)
 
     def _arguments(self, study_file: Path) -> list[str]:
         arguments = ["track", str(study_file), "--output", str(self.output)]
         arguments += ["--progress", "json", "--allow-outside"]
-        if self._continuation is not None:
-            arguments += self._continuation.arguments(study_file.with_name(_POSES))
-        return [*arguments, "--resume" if self._resume else "--overwrite"]
+        return [*arguments, *self._more_arguments, "--resume" if self._resume else "--overwrite"]
 
     def _took(self, steps: list[Step]) -> None:
         for each in steps:
@@ -178,6 +175,3 @@ class Pace:
             return None
         a_frame = (now - then) / (done - done_then)
         return max(0.0, a_frame * (self._of - done) - (time.monotonic() - self._seen))
-
-
-__all__ = ["PASSES", "Continuation", "State", "TrackRun"]

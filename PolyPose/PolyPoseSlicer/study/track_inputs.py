@@ -20,4 +20,5 @@ def inputs_of(request: TrackRequest, plan: TrackPlan) -> TrackInputs:
         },
         images={each.name: each.source.image for each in shown},
         first={each.name: each.first for each in plan.cameras},
+        mirrored={each.name: each.mirrored for each in plan.cameras},
     )

@@ -172,11 +172,17 @@ class TrackNodes:
                 self._put_back(name)
         self._show_states()
 
+    def keep_pose(self, name: str, frame: int, matrix: np.ndarray) -> None:
+        """Keep what a person made of a bone's pose in a frame that need not be shown: (4, 4) CT to patient, RAS mm."""
+        if not _same(matrix, to_patient(self.record.pose(name, frame))):
+            self._kept(name).remember(frame, to_patient(matrix))
+            self._write(name, frame, matrix)
+
     @drawn_once
     def undo(self, name: str) -> None:
         """Put the tracked pose of this frame back, also where another one was kept."""
         self._kept(name).forget(self.frame)
-        self._write(name, to_patient(self.record.pose(name, self.frame)))
+        self._write(name, self.frame, to_patient(self.record.pose(name, self.frame)))
         self._put_back(name)
         self._show_states()
 
@@ -302,13 +308,10 @@ class TrackNodes:
 
     def _keep(self, name: str) -> None:
         """Write a bone's pose into its sequence, where a person moved it."""
-        tracked, shown = to_patient(self.record.pose(name, self.frame)), self._shown_matrix(name)
-        if not _same(shown, tracked):
-            self._kept(name).remember(self.frame, to_patient(shown))
-            self._write(name, shown)
+        self.keep_pose(name, self.frame, self._shown_matrix(name))
 
-    def _write(self, name: str, matrix: np.ndarray) -> None:
-        node = self.sequences[name].GetDataNodeAtValue(str(self.frame))
+    def _write(self, name: str, frame: int, matrix: np.ndarray) -> None:
+        node = self.sequences[name].GetDataNodeAtValue(str(frame))
         if node is not None and not _same(_matrix(node), matrix):
             node.SetMatrixTransformToParent(to_vtk(matrix))
             self.sequences[name].StorableModified()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
+import numpy as np
 from slicer.i18n import tr as _
 
 from PolyPoseLib.data.view_names import view_name
@@ -32,8 +32,9 @@ class PlannedCamera:
     """One row that holds a sequence.
 
     name: in results. count: of its images. first: number of the image that belongs to frame 0. rate: frames per second
-    that it states, or None. found: the camera that a registration found, or None. known: extrinsic and whether columns
-    are in reverse order, where the camera is known exactly, or None. ready: whether its geometry is complete.
+    that it states, or None. found: the camera that a registration found, or None. known: extrinsic (4, 4) of a
+    camera that is known exactly, or None. mirrored: whether its images are stored the other way round than seen from
+    the source. ready: whether its geometry is complete.
     """
 
     source: XraySource
@@ -42,7 +43,8 @@ class PlannedCamera:
     first: int
     rate: float | None = None
     found: Camera | None = None
-    known: tuple[Any, bool] | None = None
+    known: np.ndarray | None = None
+    mirrored: bool = False
     ready: bool = True
 
 
@@ -51,8 +53,8 @@ class TrackPlan:
     """What a request comes to.
 
     cameras: rows that hold a sequence. available: frames that all cameras have. frames: those to be tracked. rate:
-    frames per second, None where nothing says. missing: the first thing that is missing, or None. notes: what is odd but
-    not wrong, one sentence each.
+    frames per second, None where nothing says. missing: the first thing that is missing, or None. notes: what is odd
+    but not wrong.
     """
 
     cameras: tuple[PlannedCamera, ...] = ()
@@ -92,9 +94,7 @@ def _cameras(request: TrackRequest, reader: XrayReader) -> tuple[PlannedCamera, 
     for number, source, count in rows:
         xray = reader.report(source).xray
         found = request.found.get(source.series)
-        known = None
-        if xray is not None and xray.camera == "known" and xray.extrinsic is not None:
-            known = xray.extrinsic, bool(xray.mirrored)
+        known = xray.extrinsic if xray is not None and xray.camera == "known" else None
         cameras.append(
             PlannedCamera(
                 source,
@@ -104,6 +104,7 @@ def _cameras(request: TrackRequest, reader: XrayReader) -> tuple[PlannedCamera, 
                 stated_rate(source),
                 None if found is None else found.camera,
                 known,
+                xray is not None and xray.mirrored,
                 xray is not None,
             )
         )
@@ -182,8 +183,8 @@ def _missing_cameras(request: TrackRequest, cameras: tuple[PlannedCamera, ...]) 
     if unknown is None:
         return None
     sentence = _(
-        "The camera of '{name}' is not known: register one frame of all sequences first, whose cameras are then kept, or "
-        "state that the camera is known exactly."
+        "The camera of '{name}' is not known: register one frame of all sequences first, whose cameras are then kept, "
+        "or state that the camera is known exactly."
     )
     return Missing(_("Find the cameras first"), sentence.format(name=unknown.source.name))
 
@@ -229,8 +230,8 @@ def _notes(request: TrackRequest, cameras: tuple[PlannedCamera, ...], frames: ra
         each = ", ".join(f"{name}: {count}" for name, count in counts.items())
         notes.append(
             _(
-                "The sequences have different numbers of images from frame 0 on ({each}): what one of them lacks is not "
-                "tracked."
+                "The sequences have different numbers of images from frame 0 on ({each}): what one of them lacks is "
+                "not tracked."
             ).format(each=each)
         )
     stated = _common_rate(cameras)

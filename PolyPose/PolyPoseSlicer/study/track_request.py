@@ -145,7 +145,7 @@ class TrackRequest:
 
     @classmethod
     def of(cls, parameters: PolyPoseParameterNode) -> TrackRequest:
-        """What a parameter node asks for; cameras and poses are those of its registration's result, where it has one."""
+        """What a parameter node asks for; cameras and poses are those of its result, where it has one."""
         outputs, structures = outputs_of(parameters), structures_of(parameters)
         settings = TrackSettings.of(parameters.tracking)
         reference = settings.reference if settings.reference in structures else parameters.anchor

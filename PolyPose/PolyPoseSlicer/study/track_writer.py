@@ -96,9 +96,8 @@ def _entry(camera: PlannedCamera, kept: bool) -> dict[str, Any]:
     for name in ("extrinsic", "camera"):
         fields.pop(name, None)
     if not kept and camera.known is not None:
-        extrinsic, mirrored = camera.known
-        fields["extrinsic"] = np.asarray(extrinsic).tolist()
-        if mirrored:
+        fields["extrinsic"] = camera.known.tolist()
+        if camera.mirrored:
             fields["mirrored"] = True
     return {**fields, "name": camera.name, "first": camera.first}
 
@@ -114,8 +113,8 @@ def inputs_digest(request: TrackRequest, plan: TrackPlan) -> str:
         found = (
             None if each.found is None else [each.found.intrinsics.tolist(), each.found.extrinsic.tolist()]
         )
-        known = None if each.known is None else [np.asarray(each.known[0]).tolist(), each.known[1]]
-        parts.append([each.name, each.first, each.count, each.source.series, found, known])
+        known = None if each.known is None else each.known.tolist()
+        parts.append([each.name, each.first, each.count, each.source.series, found, known, each.mirrored])
         parts.append([each.source.entry("", None), _changed_at(each.source.image), _age(each.source.path)])
     return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()
 

@@ -91,8 +91,8 @@ def series_of(source: XraySource) -> XraySeries:
         if image.shape != images[0].shape or image.dtype != images[0].dtype or spacing != first[1]:
             raise InputError(
                 _(
-                    "Image {number} of the sequence '{name}' has another size, type or spacing than the first: choose a "
-                    "sequence of one camera."
+                    "Image {number} of the sequence '{name}' has another size, type or spacing than the first: choose "
+                    "a sequence of one camera."
                 ).format(number=number + 1, name=node.GetName())
             )
         images.append(image)
