@@ -39,7 +39,7 @@ def track_verdict(track: Track) -> Verdict:
     from PolyPoseLib.data.tracking.summary import summary_of
 
     counts = [
-        _("{name}: lost in {lost} frames, doubtful in {doubtful}.").format(
+        _("{name}: {doubtful} doubtful frames, lost in {lost} of them.").format(
             name=each.name, lost=each.lost, doubtful=each.doubtful
         )
         for each in summary_of(track)

@@ -199,7 +199,7 @@ class TrackPart:
         if kept:
             lines.append(
                 _(
-                    "{count} frames are kept: Go on continues after them, while nothing else is changed."
+                    "{count} frames are kept: Go on continues after them, as long as the inputs stay as they are."
                 ).format(count=kept)
             )
         if cancelled:
@@ -246,12 +246,13 @@ class TrackPart:
             ui.trackStage.text = missing.sentence
         else:
             ui.trackStage.text = _(
-                "Ready: {bones} structures, {cameras} cameras, frames {first} to {last}."
+                "Ready: {bones} structures, {cameras} cameras, frames {first} to {last}, {rate:.4g} a second."
             ).format(
                 bones=len(self._request.by_structure()),
                 cameras=len(self._plan.cameras),
                 first=self._plan.frames.start,
                 last=self._plan.frames.stop - 1,
+                rate=self._plan.rate or 0.0,
             )
         ui.trackGoOn.setVisible(self._can_go_on())
 
