@@ -228,6 +228,21 @@ class CoreModule:
         return self._logic
 
 
+class SequencesModule(CoreModule):
+    """The Sequences module; its toolbar shows one browser."""
+
+    active: Any = None
+
+    def setToolBarActiveBrowserNode(self, browser: slicer.vtkMRMLSequenceBrowserNode) -> None:
+        """Let the toolbar show a browser."""
+        self.active = browser
+
+    def showSequenceBrowser(self, browser: slicer.vtkMRMLSequenceBrowserNode) -> bool:
+        """The same, and bring the toolbar up."""
+        self.active = browser
+        return True
+
+
 def install() -> Application:
     """Make `slicer.mrmlScene`, `slicer.app` and `slicer.modules`; call once a process."""
     _keep_none_alive()
@@ -247,7 +262,8 @@ def install() -> Application:
         module_logic.SetMRMLApplicationLogic(logic)
         module_logic.SetMRMLScene(scene)
         logic.SetModuleLogic(name, module_logic)
-        setattr(slicer.modules, name.lower(), CoreModule(name, module_logic))
+        kind = SequencesModule if name == "Sequences" else CoreModule
+        setattr(slicer.modules, name.lower(), kind(name, module_logic))
     return slicer.app
 
 

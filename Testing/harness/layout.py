@@ -1,4 +1,4 @@
-"""A layout manager: Slicer's real layout logic, and a genuine off-screen view for every slice and 3D view."""
+"""A layout manager: Slicer's real layout logic, and an off-screen view for every slice, 3D and plot view."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 import slicer
 
+from .plot_views import PlotWidget
 from .views import SliceView, ThreeDView
 
 
@@ -19,6 +20,7 @@ class LayoutManager:
         self._logic.SetMRMLScene(slicer.mrmlScene)
         self.slices: dict[str, SliceView] = {}
         self.three_d: dict[str, ThreeDView] = {}
+        self.plots: dict[str, PlotWidget] = {}
         self.width = 1500
 
     def layoutLogic(self) -> Any:
@@ -46,6 +48,17 @@ class LayoutManager:
                 self.slices[name] = SliceView(name, view.GetDefaultOrientation() or "Axial", self._size)
             elif view.IsA("vtkMRMLViewNode") and name not in self.three_d:
                 self.three_d[name] = ThreeDView(name, self._size)
+            elif view.IsA("vtkMRMLPlotViewNode") and name not in self.plots:
+                self.plots[name] = PlotWidget(view, self._size)
+
+    @property
+    def plotViewCount(self) -> int:
+        """How many plot views were made."""
+        return len(self.plots)
+
+    def plotWidget(self, number: int) -> PlotWidget:
+        """One of the plot views."""
+        return list(self.plots.values())[number]
 
     def names(self) -> list[str]:
         """Layout names of the views in the present layout."""
@@ -58,6 +71,7 @@ class LayoutManager:
             view.close()
         self.slices.clear()
         self.three_d.clear()
+        self.plots.clear()
 
 
 def install(size: tuple[int, int] = (300, 260)) -> LayoutManager:

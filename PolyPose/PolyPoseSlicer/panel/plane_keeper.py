@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,7 +26,7 @@ class PlaneKeeper:
 
     def __init__(self) -> None:
         """Follow no view yet."""
-        self._kept: dict[Any, tuple[int, int, int]] = {}
+        self._kept: dict[Any, tuple[Callable[[], np.ndarray | None], int]] = {}
         # Later: what draws a view ignores changes of its slice that come while it takes one in.
         self._later = qt.QTimer()
         self._later.setSingleShot(True)
@@ -34,19 +36,20 @@ class PlaneKeeper:
     def keep(self, number: int, picture: XrayPicture) -> None:
         """Keep a view on its picture, which may be moved or drawn anew later."""
         logic = slice_logic(number)
-        if logic is None:
-            return
-        node = logic.GetSliceNode()
-        if node in self._kept:
-            tag = self._kept[node][2]
-        else:
+        if logic is not None:
+            self.keep_on(logic.GetSliceNode(), partial(plane_of, number, picture.xray.shape[1]))
+
+    def keep_on(self, node: slicer.vtkMRMLSliceNode, plane: Callable[[], np.ndarray | None]) -> None:
+        """Keep a view on a plane: (4, 4) from (column, row, slice, 1) to RAS mm, None where there is none now."""
+        tag = self._kept[node][1] if node in self._kept else None
+        if tag is None:
             tag = node.AddObserver(vtk.vtkCommand.ModifiedEvent, self._modified)
-        self._kept[node] = (number, picture.xray.shape[1], tag)
+        self._kept[node] = (plane, tag)
 
     def release(self) -> None:
         """Follow no view any more."""
         self._later.stop()
-        for node, (_number, _width, tag) in self._kept.items():
+        for node, (_plane, tag) in self._kept.items():
             node.RemoveObserver(tag)
         self._kept.clear()
 
@@ -66,8 +69,7 @@ class PlaneKeeper:
 
     def _way_back(self, node: slicer.vtkMRMLSliceNode) -> np.ndarray | None:
         """From a slice to its image, (3,) RAS mm; None where it lies there, or is being aimed."""
-        number, width, _tag = self._kept[node]
-        plane = plane_of(number, width)
+        plane = self._kept[node][0]()
         if plane is None:
             return None
         shown = from_vtk(node.GetSliceToRAS())

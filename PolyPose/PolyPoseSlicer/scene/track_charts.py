@@ -30,6 +30,8 @@ class _Kind:
     key: str
     title: str
     axis: str
+    doubtful: str
+    cursor: str
 
 
 def make_charts(parts: TrackParts, joints: Sequence[JointCurves]) -> None:
@@ -63,8 +65,20 @@ def frame_of_point(series: slicer.vtkMRMLPlotSeriesNode | None, point: int) -> i
 
 def _kinds(joint: str) -> tuple[_Kind, _Kind]:
     return (
-        _Kind("angles", _("{joint} angles").format(joint=joint), _("angle [deg]")),
-        _Kind("translations", _("{joint} translations").format(joint=joint), _("translation [mm]")),
+        _Kind(
+            "angles",
+            _("{joint} angles").format(joint=joint),
+            _("angle [deg]"),
+            _("{joint} angles, doubtful").format(joint=joint),
+            _("{joint} angles, this frame").format(joint=joint),
+        ),
+        _Kind(
+            "translations",
+            _("{joint} translations").format(joint=joint),
+            _("translation [mm]"),
+            _("{joint} translations, doubtful").format(joint=joint),
+            _("{joint} translations, this frame").format(joint=joint),
+        ),
     )
 
 
@@ -78,14 +92,13 @@ class _Maker:
 
     def make(self) -> None:
         """Make tables, series and the chart."""
-        table = self._table("table", self._kind.title, self._values())
+        table = self._table("table", _("{title}, values").format(title=self._kind.title), self._values())
         bands = self._table("bands", _("{title}, intervals").format(title=self._kind.title), self._bands())
         for curve, color in zip(self._curves, _colors(), strict=False):
-            self._add(
-                bands, curve.name, _("{quantity}, 95 %").format(quantity=_words(curve)), color
-            ).SetOpacity(_BAND_OPACITY)
+            name = _("{quantity}, 95 %").format(quantity=self._words(curve))
+            self._add(bands, curve.name, name, color).SetOpacity(_BAND_OPACITY)
         for curve, color in zip(self._curves, _colors(), strict=False):
-            self._add(table, curve.name, _words(curve), color).SetLineWidth(2)
+            self._add(table, curve.name, self._words(curve), color).SetLineWidth(2)
         if self._joint.doubtful.any():
             self._mark_doubtful()
         low, high = self._range()
@@ -94,10 +107,12 @@ class _Maker:
             _("{title}, cursor").format(title=self._kind.title),
             {TIME: [0.0, 0.0], "value": [low, high]},
         )
-        self._add(cursor, "value", _("frame shown"), _CURSOR_COLOR).SetLineStyle(
-            slicer.vtkMRMLPlotSeriesNode.LineStyleDash
-        )
+        series = self._add(cursor, "value", self._kind.cursor, _CURSOR_COLOR)
+        series.SetLineStyle(series.LineStyleDash)
         self._chart()
+
+    def _words(self, curve: Curve) -> str:
+        return f"{self._joint.name} {curve.name.replace('_', ' ')}"
 
     def _values(self) -> dict[str, list]:
         columns: dict[str, list] = {FRAME: self._joint.frames.tolist(), TIME: self._joint.seconds.tolist()}
@@ -124,8 +139,8 @@ class _Maker:
             TIME: np.tile(self._joint.seconds[rows], len(self._curves))[known].tolist(),
             "value": values[known].tolist(),
         }
-        table = self._table("doubtful", _("{title}, doubtful").format(title=self._kind.title), columns)
-        series = self._add(table, "value", _("doubtful"), _DOUBTFUL_COLOR)
+        table = self._table("doubtful", _("{title}, doubtful frames").format(title=self._kind.title), columns)
+        series = self._add(table, "value", self._kind.doubtful, _DOUBTFUL_COLOR)
         series.SetLineStyle(series.LineStyleNone)
         series.SetMarkerStyle(series.MarkerStyleCross)
         series.SetMarkerSize(10)
@@ -174,10 +189,6 @@ class _Maker:
 def _threes(first: np.ndarray, second: np.ndarray, third: np.ndarray) -> list:
     """The values in turn."""
     return np.stack([first, second, third], axis=1).ravel().tolist()
-
-
-def _words(curve: Curve) -> str:
-    return curve.name.replace("_", " ")
 
 
 def _colors() -> Iterator[tuple[float, float, float]]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import slicer
 
-_MADE = "PolyPose.Made"
+_MADE, _PASSING = "PolyPose.Made", "PolyPose.Passing"
 
 
 class TrackParts:
@@ -40,6 +40,11 @@ class TrackParts:
         while (node := self.get(role, number)) is not None:
             yield node
             number += 1
+
+    def forget_unsaved(self) -> None:
+        """Let the browser drop sequences that a scene's file did not hold: it does so when any reference goes."""
+        self._browser.SetNodeReferenceID(_PASSING, self._browser.GetID())
+        self._browser.RemoveNodeReferenceIDs(_PASSING)
 
     def nodes_made(self) -> list[slicer.vtkMRMLNode]:
         """Those that go when the track does and are still in the scene; the browser is not among them."""

@@ -1,12 +1,12 @@
 """Poses and X-rays over time as Slicer's own sequences, all played by one Sequence Browser.
 
-X-rays of the scene are sequences already, often with a browser of their own (XA that Slicer loaded), whose index is a
-time and not this track's frame number. They could follow in three ways: their own browser, moved by an observer, which
-stops working without this module and moves what a person may be looking at elsewhere; their nodes in this browser, whose
-index values would have to be rewritten to the camera's offset; or sequences of our own, numbered in frames, whose nodes
-share the pixels of the originals. The last is done here: it leaves the originals alone, costs no pixel, and plays
-wherever Slicer plays. Such a sequence is not saved, as that would write every pixel twice; it is made again from the
-original.
+Slicer keeps sequences in step by index value. X-rays of the scene are sequences already, often with a browser of their
+own (XA that Slicer loaded), but their index is a time, and their cameras may have begun earlier. They could follow in
+three ways: their own browser, moved by an observer, which also moves what a person may be looking at elsewhere; these
+very sequences in our browser, with index values rewritten to the camera's offset; or sequences of our own, numbered in
+frames, whose nodes share the pixels of the originals. The last is done here: it leaves the originals alone, copies no
+pixel, and is played by Slicer itself. Such a sequence is not saved, as that would write every pixel twice; it is made
+again from the original.
 """
 
 from __future__ import annotations
@@ -97,7 +97,8 @@ def image_size(source: slicer.vtkMRMLNode) -> tuple[int, int]:
                 name=source.GetName()
             )
         )
-    return tuple(image.GetDimensions()[:2])
+    columns, rows, _slices = image.GetDimensions()
+    return columns, rows
 
 
 def new_browser(name: str, frames_per_second: float) -> slicer.vtkMRMLSequenceBrowserNode:

@@ -40,3 +40,9 @@ def show_charts(charts: Sequence[slicer.vtkMRMLPlotChartNode], joint: int = 0) -
     for place, name in enumerate(track_layout.PLOT_VIEWS):
         number = len(track_layout.PLOT_VIEWS) * joint + place
         layouts.show_plot(charts[number] if number < len(charts) else None, name)
+
+
+def show_player(browser: slicer.vtkMRMLSequenceBrowserNode) -> None:
+    """Let Slicer's toolbar of sequences play a browser."""
+    slicer.modules.sequences.setToolBarActiveBrowserNode(browser)
+    slicer.modules.sequences.showSequenceBrowser(browser)

@@ -34,8 +34,6 @@ def folder_of(node: slicer.vtkMRMLNode) -> int:
 
 def remove_items(nodes: Iterable[slicer.vtkMRMLNode], folder: int) -> None:
     """Take nodes out of the tree, and their folder unless it holds other things; the nodes stay in the scene."""
-    import vtk
-
     tree = _tree()
     for node in nodes:
         item = tree.GetItemByDataNode(node)

@@ -8,7 +8,7 @@ import numpy as np
 import slicer
 from slicer.i18n import tr as _
 
-from ..scene import track_sequences, track_views
+from ..scene import track_layout, track_sequences, track_views
 from ..scene.cameras import plane_to_ras
 from ..scene.own_nodes import unsaved_node
 from ..scene.pixel_frames import file_to_source
@@ -45,6 +45,15 @@ class TrackImages:
                 spot.number, self._volumes.get(spot.name), plane_to_ras(spot.camera, spot.distance), shape
             )
 
+    def planes(self) -> list[tuple[slicer.vtkMRMLSliceNode, np.ndarray]]:
+        """The views of X-rays that the layout has, and where the X-rays lie: (column, row, slice, 1) to RAS mm."""
+        logics = ((spot, track_layout.slice_logic(spot.number)) for spot in self._track.spots)
+        return [
+            (logic.GetSliceNode(), plane_to_ras(spot.camera, spot.distance))
+            for spot, logic in logics
+            if logic is not None
+        ]
+
     def _make(self, spot: XraySpot, source: slicer.vtkMRMLNode) -> Any:
         track, parts = self._track, self._track.parts
         stored = file_to_source(spot.camera.width, track.settings.mirrored.get(spot.name, False))
@@ -63,18 +72,20 @@ class TrackImages:
         volume = slicer.mrmlScene.AddNode(unsaved_node(kind, _("{camera} X-ray").format(camera=spot.name)))
         parts.made("xray", spot.number, volume)
         track_sequences.play(track.browser, sequence, volume, shared=True)
-        _display(volume, source)
+        _display(volume, sequence)
         return volume
 
 
-def _display(volume: Any, source: slicer.vtkMRMLNode) -> None:
-    """Show a volume with a window of its own, by the first image: a window that changed with frames would flicker."""
+def _display(volume: Any, sequence: slicer.vtkMRMLSequenceNode) -> None:
+    """Show a volume with one window for all frames: one that changed with them would flicker."""
     volume.CreateDefaultDisplayNodes()
     display = volume.GetDisplayNode()
     display.SetSaveWithScene(False)
-    values = slicer.util.arrayFromVolume(volume)
-    if not display.IsA("vtkMRMLScalarVolumeDisplayNode") or values.ndim > 3:
+    if not display.IsA("vtkMRMLScalarVolumeDisplayNode") or display.IsA("vtkMRMLVectorVolumeDisplayNode"):
         return
-    low, high = np.percentile(values[..., ::4, ::4], (1, 99))
+    last = sequence.GetNumberOfDataNodes() - 1
+    some = {sequence.GetNthDataNode(number) for number in (0, last // 2, last)}
+    values = np.concatenate([slicer.util.arrayFromVolume(node)[0, ::4, ::4].ravel() for node in some])
+    low, high = np.percentile(values, (1, 99))
     display.SetAutoWindowLevel(False)
     display.SetWindowLevelMinMax(float(low), float(max(high, low + 1e-6)))

@@ -10,10 +10,11 @@ import numpy as np
 import slicer
 import vtk
 
-from ..scene import track_charts, track_views, tree_folder
+from ..scene import track_charts, track_layout, track_views, tree_folder
 from ..scene.bone_handles import show_handles
 from ..scene.drawing import drawn_once
 from ..scene.frames import from_vtk, to_vtk
+from ..scene.plot_clicks import PlotClicks
 from ..scene.rigid_outlines import RigidSurface
 from ..scene.track_outlines import BoneOutlines, PoseState, XraySpot, opacity_of
 from ..scene.track_parts import TrackParts
@@ -47,12 +48,16 @@ class TrackNodes:
         self._observed: list[tuple[Any, int]] = []
         self._shown: int | None = None
         self._correcting: str | None = None
+        self._clicks = PlotClicks(self.go_to)
+        self.parts.forget_unsaved()
         self._restore_sequences()
         self.images = TrackImages(self)
         self._make_outlines()
         self._follow()
         _live.append(self)
         self._browser_changed()
+        if track_layout.shown():
+            self.show_layout()
 
     @classmethod
     def of_scene(cls) -> TrackNodes | None:
@@ -102,12 +107,12 @@ class TrackNodes:
 
     @property
     def frame(self) -> int:
-        """The number, in the track, of the frame that is shown."""
+        """The number, in the track, of the frame that is shown, or before what was recorded besides."""
         master = self.browser.GetMasterSequenceNode()
         item = self.browser.GetSelectedItemNumber()
         if master is None or not 0 <= item < master.GetNumberOfDataNodes():
             return self.record.numbers[0]
-        return round(float(master.GetNthIndexValue(item)))
+        return self.record.nearest(float(master.GetNthIndexValue(item)))
 
     def go_to(self, frame: int) -> None:
         """Show a frame, or the last one before it that was tracked."""
@@ -192,6 +197,8 @@ class TrackNodes:
             return False
         self.images.aim()
         track_views.show_charts(self.charts)
+        track_views.show_player(self.browser)
+        self._clicks.connect()
         self._draw_all()
         return True
 
@@ -200,6 +207,7 @@ class TrackNodes:
         for node, tag in self._observed:
             node.RemoveObserver(tag)
         self._observed.clear()
+        self._clicks.release()
         for each in self._outlines.values():
             each.remove()
         self._outlines.clear()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -13,6 +14,10 @@ from ..scene.track_outlines import PoseState, states_of
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.tracking.track import Track
+
+
+_SAME_FRAME = 1e-3
+"""Slicer's file of a sequence writes the numbers of frames with so many digits."""
 
 
 class TrackRecord:
@@ -38,6 +43,10 @@ class TrackRecord:
         from PolyPoseLib.io.tracking.track_fields import track_of
 
         return cls(track_of(parse_object(text, "track.json")))
+
+    def nearest(self, frame: float) -> int:
+        """The last tracked frame up to a number; the first where there is none."""
+        return self.numbers[max(bisect_right(self.numbers, frame + _SAME_FRAME) - 1, 0)]
 
     @cached_property
     def poses(self) -> np.ndarray:
