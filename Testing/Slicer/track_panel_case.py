@@ -30,7 +30,7 @@ for n in range({frames} + 1):
 GIVE_TRACK = STEPS + "import shutil\nshutil.copytree({folder!r}, output)\n"
 TELL = """
 Path({folder!r}, "arguments.json").write_text(json.dumps(arguments))
-Path({folder!r}, "given.json").write_text(Path(arguments[1]).read_text())
+Path({folder!r}, "given.json").write_text(Path(arguments[arguments.index("track") + 1]).read_text())
 """
 KEEP_FRAMES = """
 sys.path.insert(0, {core!r})

@@ -180,8 +180,9 @@ class TrackNodes:
     def keep_pose(self, name: str, frame: int, matrix: np.ndarray) -> None:
         """Keep what a person made of a bone's pose in a frame that need not be shown: (4, 4) CT to patient, RAS mm."""
         if not _same(matrix, to_patient(self.record.pose(name, frame))):
-            self._kept(name).remember(frame, to_patient(matrix))
+            # First the sequence: taking note of the pose changes its node, and the browser then shows what it holds.
             self._write(name, frame, matrix)
+            self._kept(name).remember(frame, to_patient(matrix))
 
     @drawn_once
     def undo(self, name: str) -> None:
