@@ -81,7 +81,13 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         type=_frames,
         default=(),
         metavar="LIST",
-        help="write bones of frames 0,10,20 as STL",
+        help="write bones of frames 0,10,20 as surfaces",
+    )
+    parser.add_argument(
+        "--surface-format",
+        choices=("stl", "vtp"),
+        default="stl",
+        help="of these surfaces; VTP also holds how far each vertex may be off (default: stl)",
     )
     parser.add_argument(
         "--warp-frames",
@@ -119,7 +125,9 @@ def run(arguments: argparse.Namespace) -> int:
             _telling_what_is_kept(checkpoint, claim),
         ):
             track = _track(sequence, checkpoint, arguments.progress, earlier)
-            output = save_track(track, claim, sequence, surfaces_of=surfaces, warped=warped)
+            output = save_track(
+                track, claim, sequence, False, surfaces, warped, surface_format=arguments.surface_format
+            )
         path.unlink(missing_ok=True)
     if arguments.progress != "json":
         print(summary_table(track))

@@ -9,9 +9,9 @@ from scipy.stats import chi2, norm
 
 from PolyPoseLib.data.tracking.track import Track
 from PolyPoseLib.data.tracking.track_truth import TrackTruth
-from PolyPoseLib.errors import InputError
 from PolyPoseLib.evaluation.calibration import LEVEL
 from PolyPoseLib.evaluation.track_errors import PoseErrors
+from PolyPoseLib.evaluation.track_match import require_truth_of
 from PolyPoseLib.geometry.rigid import rigid_inverse
 
 LOST_MM = 3.0
@@ -46,20 +46,10 @@ def score_track(track: Track, truth: TrackTruth) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The track has a structure or a frame that the truth does not have.
+        The track has a structure, a frame or a camera that the truth does not have, or another frame rate.
 
     """
-    missing = [name for name in track.names if name not in truth.names]
-    if missing:
-        raise InputError(
-            f'The truth has no structure "{missing[0]}": score the track against the truth of the same sequence.'
-        )
-    if not track.frames or track.numbers.max() >= len(truth.poses):
-        last = track.numbers.max() if track.frames else "none"
-        raise InputError(
-            f"The truth has {len(truth.poses)} frames and the track's last frame is {last}: score it against the truth "
-            "of the same sequence."
-        )
+    require_truth_of(track, truth)
     structures = {name: _structure(track, truth, name) for name in track.names}
     return {
         "structures": structures,

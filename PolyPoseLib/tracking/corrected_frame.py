@@ -1,8 +1,8 @@
 """A frame that somebody corrected by hand, from which others are tracked on.
 
 A hand is off by millimetres and degrees, farther than a prediction. What it placed is fitted first and from coarse
-pixels on, with all other structures where they were; then all are fitted together. Structures that were placed are not
-started elsewhere: where the fit leads far away from the hand's pose, that pose is kept, and flagged.
+pixels on, with all other structures where they were; then all are fitted together. Where that leads far away from the
+hand's pose, it is flagged; where the X-rays contradict it besides, the hand's pose is kept.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from PolyPoseLib.data.tracking.track import TrackedFrame
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.rigid import perturbation_between, rigid_inverse
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
-from PolyPoseLib.tracking.assessment import Assessment, assess, distance_mm
+from PolyPoseLib.tracking.assessment import AGAINST, Assessment, assess, distance_mm
 from PolyPoseLib.tracking.frame_fit import ARRIVING, FOLLOWING, Frame
 from PolyPoseLib.tracking.one_frame import corrected_in, look_again
 from PolyPoseLib.tracking.outcome import tracked_frame, with_poses_of
 from PolyPoseLib.tracking.patient import Patient
 from PolyPoseLib.tracking.prediction import is_found
 
-LEAVES_MM = 15.0
-"""Distance, mm of the scene, from the hand's pose, rotation counted by the structure's radius, beyond which a fit has
-run away from it."""
+LEAVES_MM = 20.0
+"""Distance, mm of the scene, from the hand's pose, rotation counted by the structure's radius, up to which a fit is a
+correction of it. In simulated knees poses that were farther off did not lead to the right ones reliably."""
 
 BY_HAND = PoseUncertainty.independent(4.0, 5.0)
 """Of a pose as a hand places it."""
@@ -79,13 +79,20 @@ def corrected_frame(patient: Patient, correction: Correction) -> TrackedFrame:
     placed = _placed(patient, correction)
     if not placed.free:
         return earlier
-    found, held, sources = _fitted(frame, placed)
-    lost = tuple(k for k in found.lost if k not in placed.by_hand)
+    found, sources = _fitted(frame, placed)
+    away = _away(patient, found, placed)
+    held = [k for k in away if _is_contradicted(found, k)]
+    if held:
+        found = _held(frame, found, placed, held)
+    doubts = list(found.doubts)
+    for k, line in away.items():
+        doubts[k] = (f"{line}{', which is kept' if k in held else ''}", *doubts[k])
     for k in placed.by_hand:
         sources[k] = "corrected"
+    lost = tuple(k for k in found.lost if k not in placed.by_hand)
+    found = replace(found, doubts=tuple(doubts), lost=lost)
     predicted = patient.at_true_size(placed.start)
-    result = tracked_frame(patient, frame.number, replace(found, lost=lost), predicted, sources, [earlier])
-    result = _with_held(patient, result, placed, held)
+    result = tracked_frame(patient, frame.number, found, predicted, sources, [earlier])
     return with_poses_of(result, earlier, [k for k in patient.moving if k not in placed.free])
 
 
@@ -110,48 +117,47 @@ def _placed(patient: Patient, correction: Correction) -> _Placed:
     return _Placed(by_hand, [k for k in patient.moving if k not in kept], patient.enlarged(poses))
 
 
-def _fitted(frame: Frame, placed: _Placed) -> tuple[Assessment, dict[int, np.ndarray], list[str]]:
-    """The fit as it is known, where it led structures (4, 4) whose pose is kept instead, and the sources."""
+def _fitted(frame: Frame, placed: _Placed) -> tuple[Assessment, list[str]]:
+    """The fit as it is known, and the sources.
+
+    Where X-rays contradict it, other starts are tried about the poses of the start: a hand's may lie beyond the reach
+    of a fit.
+    """
     patient, free = frame.patient, placed.free
     poses = placed.start
     if placed.by_hand:
         poses = frame.fit(poses, ARRIVING[:-1], placed.by_hand).poses
-    fit = frame.fit(poses, FOLLOWING, free)
-    left = {
-        k: fit.poses[k]
-        for k in placed.by_hand
-        if distance_mm(patient, placed.start[k], fit.poses[k], k) > LEAVES_MM
-    }
-    if left:
-        free = [k for k in free if k not in left]
-        poses = poses.copy()
-        poses[list(left)] = placed.start[list(left)]
-        fit = frame.fit(poses, FOLLOWING, free)
-    found = assess(patient, fit, None, ())
-    sources = ["forward"] * len(poses)
-    others = [k for k in free if k not in placed.by_hand]
-    suspects = tuple(k for k in found.suspects if k in others)
-    if suspects:
-        found, sources = look_again(
-            frame, replace(found, suspects=suspects), None, (), [placed.start], others
-        )
-        found = assess(patient, frame.fit(found.fit.poses, FOLLOWING[-1:], free), None, ())
-    return found, left, sources
+    found = assess(patient, frame.fit(poses, FOLLOWING, free), None, ())
+    suspects = tuple(k for k in found.suspects if k in free)
+    if not suspects:
+        return found, ["forward"] * len(poses)
+    return look_again(frame, replace(found, suspects=suspects), None, (), [placed.start], free)
 
 
-def _with_held(
-    patient: Patient, frame: TrackedFrame, placed: _Placed, held: dict[int, np.ndarray]
-) -> TrackedFrame:
-    """The frame with the hand's own poses of structures that the fit led away from it."""
-    poses, covariances = frame.poses.copy(), frame.covariances.copy()
-    doubts: list[Sequence[str]] = list(frame.doubts)
-    for k, led in held.items():
-        poses[k] = patient.at_true_size(placed.start[k])
-        covariances[k] = BY_HAND.covariance
-        away = perturbation_between(placed.start[k], led, patient.scene.centres[k])
-        degrees, mm = np.degrees(np.linalg.norm(away[:3])), np.linalg.norm(away[3:]) / patient.factor
-        line = (
-            f"the X-rays lead {mm:.0f} mm and {degrees:.0f} degrees away from the pose by hand, which is kept"
-        )
-        doubts[k] = (line, *doubts[k])
-    return replace(frame, poses=poses, covariances=covariances, doubts=tuple(map(tuple, doubts)))
+def _away(patient: Patient, found: Assessment, placed: _Placed) -> dict[int, str]:
+    """What to say of structures that the fit led far away from where they were placed, by index."""
+    lines = {}
+    for k in placed.by_hand:
+        start, pose = placed.start[k], found.fit.poses[k]
+        if distance_mm(patient, start, pose, k) > LEAVES_MM:
+            away = perturbation_between(start, pose, patient.scene.centres[k])
+            degrees, mm = np.degrees(np.linalg.norm(away[:3])), np.linalg.norm(away[3:]) / patient.factor
+            lines[k] = f"the X-rays lead {mm:.0f} mm and {degrees:.0f} degrees away from the pose by hand"
+    return lines
+
+
+def _is_contradicted(found: Assessment, k: int) -> bool:
+    return k in found.lost or any(line.startswith(AGAINST) for line in found.doubts[k])
+
+
+def _held(frame: Frame, found: Assessment, placed: _Placed, which: Sequence[int]) -> Assessment:
+    """The fit with some structures where they were placed."""
+    patient = frame.patient
+    poses = found.fit.poses.copy()
+    poses[which] = placed.start[which]
+    free = [k for k in placed.free if k not in which]
+    held = assess(patient, frame.fit(poses, FOLLOWING, free), None, ())
+    covariances = held.covariances.copy()
+    scale = np.r_[np.ones(3), np.full(3, patient.factor)]
+    covariances[which] = BY_HAND.covariance * np.outer(scale, scale)
+    return replace(held, covariances=covariances)

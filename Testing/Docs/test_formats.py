@@ -13,6 +13,7 @@ from PolyPoseLib.data.options import Options
 from PolyPoseLib.data.tracking.track_options import TrackOptions
 from PolyPoseLib.io import study_schema
 from PolyPoseLib.io.tracking import schema as track_schema
+from PolyPoseLib.io.tracking.corrected_poses import poses_of
 from PolyPoseLib.io.tracking.poses_table import COLUMNS
 from PolyPoseLib.io.xray.fields import FIELDS
 from PolyPoseLib.io.xray.intensity import INTENSITIES
@@ -72,6 +73,9 @@ def test_the_meanings_of_pixel_values() -> None:
 def test_studies_on_pages_are_valid(page) -> None:
     for text in code_blocks(page, "json"):
         fields = json.loads(text)
+        if set(fields) == {"version", "poses"}:
+            assert poses_of(fields, list(fields["poses"]), name_of(page))
+            continue
         check = track_schema.check if "cameras" in fields else study_schema.check
         check(fields, name_of(page))
 

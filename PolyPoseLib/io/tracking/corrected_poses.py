@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -37,9 +38,14 @@ def read_corrected_poses(path: str | Path, names: Sequence[str]) -> dict[str, np
 
     """
     path = Path(path)
-    record = Record(
-        parse_object(read_text(path, "a file of corrected poses", MAX_BYTES), str(path)), f"{path}: "
+    return poses_of(
+        parse_object(read_text(path, "a file of corrected poses", MAX_BYTES), str(path)), names, str(path)
     )
+
+
+def poses_of(fields: Mapping[str, Any], names: Sequence[str], path: str) -> dict[str, np.ndarray]:
+    """The poses that the fields of such a file hold; raises InputError, whose sentences begin with the path."""
+    record = Record(fields, f"{path}: ")
     record.require_known(FIELDS)
     version = record.optional("version", whole_number(1))
     if version not in (None, VERSION):

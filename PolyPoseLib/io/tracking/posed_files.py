@@ -14,17 +14,24 @@ from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.rigid import rigid_inverse
 from PolyPoseLib.io.tracking.file_names import file_stems
+from PolyPoseLib.io.tracking.vtp_surface import uncertainty_mm, write_vtp
 from PolyPoseLib.io.volumes import write_volume
 
 SURFACES, WARPED = "surfaces", "warped"
 """Folders of a track."""
 
+SURFACE_FORMATS = ("stl", "vtp")
+
 BYTES_OF_SURFACES = 20e6
 """Of all surfaces of one frame, at most about."""
 
 
-def write_surfaces(track: Track, sequence: Sequence, folder: Path, frames: Many[int]) -> None:
-    """Write every bone's surface where it is in chosen frames: STL, mm, in the rig's world.
+def write_surfaces(
+    track: Track, sequence: Sequence, folder: Path, frames: Many[int], surface_format: str = "stl"
+) -> None:
+    """Write every bone's surface where it is in chosen frames: STL or VTP, mm, in the rig's world.
+
+    A VTP file also holds how far each vertex may be off, see :mod:`PolyPoseLib.io.tracking.vtp_surface`.
 
     Raises
     ------
@@ -45,7 +52,11 @@ def write_surfaces(track: Track, sequence: Sequence, folder: Path, frames: Many[
         for k, surface in enumerate(surfaces):
             if _has_pose(frame, k):
                 moved = surface.moved(rigid_inverse(frame.poses[k]))
-                write_stl(place / f"{stems[k]}.stl", moved.points, moved.triangles)
+                if surface_format == "stl":
+                    write_stl(place / f"{stems[k]}.stl", moved.points, moved.triangles)
+                    continue
+                off = uncertainty_mm(surface.points, frame.covariances[k], track.centroids[k])
+                write_vtp(place / f"{stems[k]}.vtp", moved.points, moved.triangles, off)
 
 
 def write_stl(path: Path, points: np.ndarray, triangles: np.ndarray) -> None:

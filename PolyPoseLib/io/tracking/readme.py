@@ -23,7 +23,8 @@ joints.csv, joints.json, plots/
                 angles and translations of bones relative to each other, with 95 % intervals, helical axes, and what is
                 positive; null or empty where a bone was lost
 overlay.mp4     the bones' outlines on the X-rays
-surfaces/       bones where they are in chosen frames, STL in the rig's world
+surfaces/       bones where they are in chosen frames, in the rig's world: STL, or VTP with the longest half axis of
+                each vertex's 95 % ellipsoid ("uncertainty_mm")
 warped/         the CT (HU) and its structures in the posture of chosen frames, with the reference where the CT has it
 """
 

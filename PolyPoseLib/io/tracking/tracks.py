@@ -12,7 +12,7 @@ from typing import Any
 
 from PolyPoseLib.data.tracking.sequence import Sequence
 from PolyPoseLib.data.tracking.track import Track
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.io.disk_space import require_space
 from PolyPoseLib.io.files import read_text
 from PolyPoseLib.io.json_records import json_text, parse_object
@@ -20,7 +20,12 @@ from PolyPoseLib.io.tracking.autoscoper import is_mirrored, volume_poses, volume
 from PolyPoseLib.io.tracking.file_names import file_stems
 from PolyPoseLib.io.tracking.frame_records import require_sound
 from PolyPoseLib.io.tracking.joint_files import write_plots_of, write_tables_of, write_video_of
-from PolyPoseLib.io.tracking.posed_files import BYTES_OF_SURFACES, write_surfaces, write_warped
+from PolyPoseLib.io.tracking.posed_files import (
+    BYTES_OF_SURFACES,
+    SURFACE_FORMATS,
+    write_surfaces,
+    write_warped,
+)
 from PolyPoseLib.io.tracking.poses_table import write_poses
 from PolyPoseLib.io.tracking.readme import README, readme_text
 from PolyPoseLib.io.tracking.track_fields import track_fields, track_of
@@ -47,6 +52,7 @@ def save_track(
     overwrite: bool = False,
     surfaces_of: Many[int] = (),
     warped: Many[int] = (),
+    surface_format: str = "stl",
 ) -> Path:
     """Write the folder of a track, all of it or nothing.
 
@@ -65,6 +71,8 @@ def save_track(
         Whether an earlier track is replaced.
     surfaces_of, warped : sequence of int
         Numbers of frames of which bones' surfaces, and the warped CT, are written.
+    surface_format : {"stl", "vtp"}
+        Of these surfaces; VTP also holds how far each vertex may be off.
 
     Returns
     -------
@@ -78,8 +86,11 @@ def save_track(
 
     """
     if not isinstance(folder, FolderClaim):
+        more = {"surfaces_of": surfaces_of, "warped": warped, "surface_format": surface_format}
         with claimed_folder(folder, overwrite, stranger_in_track) as claim:
-            return save_track(track, claim, sequence, surfaces_of=surfaces_of, warped=warped)
+            return save_track(track, claim, sequence, **more)
+    if surface_format not in SURFACE_FORMATS:
+        raise InputError(unknown_name("surface format", surface_format, SURFACE_FORMATS))
     _require_sound(track)
     require_space(folder.folder, expected_bytes(track, sequence, len(surfaces_of), len(warped)))
     with folder.whole() as temporary:
@@ -89,7 +100,8 @@ def save_track(
         )
         if sequence is not None:
             _write_for_autoscoper(track, sequence, temporary)
-            writers: list[Writer] = [partial(write_surfaces, frames=surfaces_of)] if surfaces_of else []
+            surfaces = partial(write_surfaces, frames=surfaces_of, surface_format=surface_format)
+            writers: list[Writer] = [surfaces] if surfaces_of else []
             writers += [partial(write_warped, frames=warped)] if warped else []
             for writer in (*writers, *MORE_FILES):
                 _left_out_if_it_fails(writer, track, sequence, temporary)

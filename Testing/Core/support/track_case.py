@@ -13,7 +13,8 @@ import numpy as np
 import SimpleITK as sitk
 from result_case import random_pose
 
-from PolyPoseLib.data.tracking.track import Track, TrackedFrame
+from PolyPoseLib.data.tracking.track import Corrected, Track, TrackedFrame
+from PolyPoseLib.data.tracking.track_inputs import TrackInputs
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.geometry.camera import Camera, look_at
 from PolyPoseLib.io.volumes import write_volume
@@ -93,7 +94,7 @@ def make_track(seed: int = 0, frames: int = 5, structures: int = 2, first: int =
         roots = rng.normal(size=(structures, 6, 6)) * 1e-2
         covariances = roots @ roots.transpose(0, 2, 1)
         residuals = rng.random(structures)
-        sources = ["forward", "restart", "backward", "given"][number % 4]
+        sources = ["forward", "restart", "backward", "given", "corrected"][number % 5]
         lost = number == first + frames - 2
         if lost:
             poses[-1], covariances[-1], residuals[-1] = np.nan, np.nan, np.nan
@@ -121,6 +122,8 @@ def make_track(seed: int = 0, frames: int = 5, structures: int = 2, first: int =
         distrust=(),
         device="cpu",
         versions={"polypose": "0"},
+        inputs=TrackInputs("1" * 64, "2" * 64, {"camera 1": "3" * 64}, first, None) if seed % 2 else None,
+        corrections=(Corrected(first, names[:1], first, first + 1),) * (seed % 3),
     )
 
 

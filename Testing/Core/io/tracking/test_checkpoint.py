@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from track_case import FRAMES, frame_at, install_stand_in, make_track, write_seq
 
 import PolyPoseLib
 from PolyPoseLib.__main__ import main
+from PolyPoseLib.data.tracking.correction import Correction
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.tracking.checkpoint import checkpoint_path, frames_left, opened_checkpoint
 from PolyPoseLib.io.tracking.fingerprint import fingerprint
@@ -78,6 +80,20 @@ def test_a_run_goes_on_after_the_frames_of_another(path, frames):
         assert not checkpoint.done
         checkpoint.keep(frame_at(1))
     assert all(map(same, kept(path), (frame_at(1),)))
+
+
+def test_frames_come_back_in_the_order_of_the_passes(tmp_path, frames):
+    """Those of the way back follow, with the same numbers; each frame counts once."""
+    path = tmp_path / "out.partial"
+    order = [frames[n] for n in (0, 1, 2)] + [frame_at(n) for n in (1, 0)]
+    with opened_checkpoint(path, DIGEST, NAMES, resume=False) as checkpoint:
+        for frame in order:
+            checkpoint.keep(frame)
+        assert checkpoint.kept == 3
+    assert frames_left(path) == 3
+    with opened_checkpoint(path, DIGEST, NAMES, resume=True) as checkpoint:
+        assert checkpoint.kept == 3 and len(checkpoint.done) == 5
+        assert all(map(same, checkpoint.done, order))
 
 
 def test_every_torn_end_costs_one_frame_at_most(path, frames):
@@ -184,6 +200,24 @@ def test_a_fingerprint_knows_what_poses_depend_on_and_nothing_else(tmp_path):
     images = sorted((path.parent / "cam1").iterdir())
     images[0].write_bytes(images[-1].read_bytes())
     assert fingerprint(load_sequence(path)) != first
+
+
+def test_a_fingerprint_knows_the_correction_and_the_track_that_it_corrects(tmp_path):
+    sequence = load_sequence(write_sequence(tmp_path / "walk"))
+    track = replace(make_track(frames=FRAMES), smoothed=False)
+    first = Correction(track, 2, {"talus": np.eye(4)})
+    assert fingerprint(sequence, first) == fingerprint(sequence, replace(first)) != fingerprint(sequence)
+    moved = np.eye(4)
+    moved[0, 3] = 1e-9
+    poses = track.frames[5].poses.copy()
+    poses[0, 0, 3] += 1e-9
+    other = replace(track, frames=(*track.frames[:5], replace(track.frames[5], poses=poses)))
+    changes = (
+        {"frame": 3}, {"poses": {"talus": moved}}, {"poses": {"tibia": np.eye(4)}}, {"poses": {}},
+        {"direction": "forward"}, {"until": 4}, {"track": other},
+    )  # fmt: skip
+    found = {fingerprint(sequence, replace(first, **each)) for each in changes}
+    assert len(found) == len(changes) and fingerprint(sequence, first) not in found
 
 
 CHILD = """

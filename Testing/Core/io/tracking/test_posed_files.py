@@ -104,3 +104,43 @@ def test_frames_that_are_not_tracked_are_refused():
             InputError, match=f"--warp-frames: frame {number} is not tracked; give numbers from 2 to 5"
         ):
             require_frames((2, number), range(2, 6), "--warp-frames")
+
+
+def test_vtp_has_the_same_surface_and_how_far_each_vertex_may_be_off(sequence, tmp_path):
+    """By drawing poses from the covariance: 95 of 100 vertices lie within the half axis, or fewer where it is long."""
+    vtk = pytest.importorskip("vtkmodules.vtkIOXML")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    rng = np.random.default_rng(3)
+    track = tracked(sequence, [random_pose(rng, 40, 200) for _ in range(2)])
+    covariance = np.diag(np.r_[np.radians([2.0, 0.1, 0.1]), 0.2, 0.2, 1.5] ** 2)
+    frame = TrackedFrame(**{**track.frames[0].__dict__, "covariances": np.stack([covariance] * 2)})
+    track = type(track)(**{**track.__dict__, "frames": (frame,)})
+    folder = pp.save_track(track, tmp_path / "out", sequence, surfaces_of=[0], surface_format="vtp")
+    plain = pp.save_track(track, tmp_path / "plain", sequence, surfaces_of=[0])
+    assert [each.name for each in sorted((folder / "surfaces/frame_000000").iterdir())] == [
+        "talus.vtp",
+        "tibia.vtp",
+    ]
+    for k, name in enumerate(NAMES):
+        reader = vtk.vtkXMLPolyDataReader()
+        reader.SetFileName(str(folder / "surfaces/frame_000000" / f"{name}.vtp"))
+        reader.Update()
+        mesh = reader.GetOutput()
+        points = vtk_to_numpy(mesh.GetPoints().GetData()).astype(float)
+        in_stl = read_stl(plain / "surfaces/frame_000000" / f"{name}.stl").astype(np.float32)
+        assert {tuple(each) for each in points.astype(np.float32)} == {tuple(each) for each in in_stl}
+        assert mesh.GetFieldData().GetAbstractArray("SPACE").GetValue(0) == "LPS"
+        off = vtk_to_numpy(mesh.GetPointData().GetArray("uncertainty_mm"))
+        in_ct = points @ frame.poses[k][:3, :3].T + frame.poses[k][:3, 3] - track.centroids[k]
+        drawn = rng.multivariate_normal(np.zeros(6), covariance, 4000)
+        moved = drawn[:, None, 3:] + np.cross(drawn[:, None, :3], in_ct)
+        distances = np.linalg.norm(moved, axis=2)
+        assert ((distances <= off).mean(axis=0) > 0.94).all()
+        assert ((distances <= 0.65 * off).mean(axis=0) < 0.95).all()
+
+
+def test_another_surface_format_is_refused(sequence, tmp_path):
+    with pytest.raises(InputError, match="surface format"):
+        pp.save_track(make_track(), tmp_path / "out", sequence, surfaces_of=[0], surface_format="obj")
+    assert not (tmp_path / "out").exists()

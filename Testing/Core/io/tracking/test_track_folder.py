@@ -34,6 +34,8 @@ def assert_same(first, second):
         "distrust",
         "device",
         "versions",
+        "inputs",
+        "corrections",
     ):
         assert getattr(first, name) == getattr(second, name), name
     assert np.array_equal(first.centroids, second.centroids)
