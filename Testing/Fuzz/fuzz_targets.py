@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import SimpleITK as sitk
+from joint_case import random_rigid, sequence_of, track_of
 from PIL import Image
 from pydicom.dataset import Dataset
 from pydicom.sequence import Sequence
@@ -23,6 +24,7 @@ from track_case import make_track, write_sequence
 from xray_samples import dataset, random_pixels, save
 
 from PolyPoseLib.data.study import Study
+from PolyPoseLib.data.tracking.joints import Joint
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.io.camera_models import load_model, read_tensors, write_tensors
 from PolyPoseLib.io.json_records import parse_object
@@ -30,6 +32,8 @@ from PolyPoseLib.io.results import load_result
 from PolyPoseLib.io.segmentations import read_segmentation
 from PolyPoseLib.io.tracking.checkpoint import opened_checkpoint
 from PolyPoseLib.io.tracking.image_run import open_run
+from PolyPoseLib.io.tracking.joint_curves import load_joint_curves
+from PolyPoseLib.io.tracking.joint_tables import write_joint_tables
 from PolyPoseLib.io.tracking.sequences import load_sequence
 from PolyPoseLib.io.tracking.tracks import load_track, save_track
 from PolyPoseLib.io.transforms import read_transform
@@ -38,6 +42,7 @@ from PolyPoseLib.io.xray.calibration import read_calibration
 from PolyPoseLib.io.xray.fields import XrayFields
 from PolyPoseLib.io.xray.landmarks import parse_landmarks
 from PolyPoseLib.io.xray.read import read_xray
+from PolyPoseLib.kinematics.joint_motions import joint_motions
 
 GEOMETRY = {"source_to_detector_mm": 1000, "pixel_spacing_mm": 0.4}
 
@@ -387,12 +392,22 @@ def track(folder: Path) -> list[Subject]:
     return [Subject(path, path.read_bytes(), lambda: load_track(saved)), _subject(checkpoint, resume)]
 
 
+def joint_curves(folder: Path) -> list[Subject]:
+    rng = np.random.default_rng(0)
+    poses = [[random_rigid(rng), random_rigid(rng)] for _ in range(3)]
+    sequence = sequence_of([Joint("knee", "upper", "lower", "grood_suntay", "left")])
+    found = track_of(sequence, poses, np.eye(6) * 1e-4)
+    write_joint_tables(found, joint_motions(found, sequence), folder)
+    path = folder / "joints.json"
+    return [Subject(path, path.read_bytes(), lambda: load_joint_curves(folder))]
+
+
 TARGETS: dict[str, Callable[[Path], list[Subject]]] = {
     each.__name__: each
     for each in (
         nrrd, metaimage, nifti, dicom_ct, dicom_segments,
         dicom_xray, picture, calibration, landmarks, study, result, transform,
-        camera_model, sequence, image_run, track,
+        camera_model, sequence, image_run, track, joint_curves,
     )
 }  # fmt: skip
 """Every target: makes its sound files in a folder, and says how they are read."""

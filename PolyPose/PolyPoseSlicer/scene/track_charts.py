@@ -10,6 +10,7 @@ import slicer
 from slicer.i18n import tr as _
 
 from PolyPoseLib.data.tracking.joint_curves import Curve, JointCurves
+from PolyPoseLib.errors import one_line
 
 from .motions import set_table
 from .names import free_name
@@ -64,6 +65,7 @@ def frame_of_point(series: slicer.vtkMRMLPlotSeriesNode | None, point: int) -> i
 
 
 def _kinds(joint: str) -> tuple[_Kind, _Kind]:
+    joint = one_line(joint)
     return (
         _Kind(
             "angles",
@@ -112,7 +114,7 @@ class _Maker:
         self._chart()
 
     def _words(self, curve: Curve) -> str:
-        return f"{self._joint.name} {curve.name.replace('_', ' ')}"
+        return f"{one_line(self._joint.name)} {curve.name.replace('_', ' ')}"
 
     def _values(self) -> dict[str, list]:
         columns: dict[str, list] = {FRAME: self._joint.frames.tolist(), TIME: self._joint.seconds.tolist()}
@@ -181,7 +183,7 @@ class _Maker:
         chart.SetYAxisTitle(self._kind.axis)
         chart.SetTitleFontSize(12)
         chart.SetAxisTitleFontSize(11)
-        chart.SetLegendFontSize(10)
+        chart.SetLegendFontSize(8)
         chart.SetLegendVisibility(True)
         self._parts.made("chart", self._number, chart)
 

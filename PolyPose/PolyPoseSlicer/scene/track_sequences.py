@@ -64,26 +64,22 @@ def image_sequence(
     first : int
         Image of frame 0.
     numbers : sequence of int
-        Frames; those of which there is no image are left out.
+        Frames; those of which there is no image show none, rather than that of another frame.
     plane : (4, 4) ndarray
         From an image's (i, j, 0, 1) to RAS mm.
 
     """
     sequence = _new_sequence(name)
     sequence.SetSaveWithScene(False)
-    empty = None
-    was = sequence.StartModify()
     images = _Images(source)
+    empty = images.kind()
+    empty.SetName(name)
+    was = sequence.StartModify()
     for number in numbers:
-        image = images.at(first + int(number))
-        if image is None:
-            continue
-        if empty is None:
-            empty = images.kind()
-            empty.SetName(name)
         node = sequence.SetDataNodeAtValue(empty, str(int(number)))
         node.SetIJKToRASMatrix(to_vtk(plane))
-        node.SetAndObserveImageData(image)  # SetDataNodeAtValue would have copied the pixels
+        # SetDataNodeAtValue would have copied the pixels.
+        node.SetAndObserveImageData(images.at(first + int(number)))
     sequence.EndModify(was)
     return sequence
 
@@ -126,7 +122,7 @@ def play(
     browser.SetSaveChanges(sequence, shared)
     browser.SetOverwriteProxyName(sequence, False)
     if shared:
-        # A frame without an image keeps the one before it on screen, instead of a copy in the sequence.
+        # What is recorded besides has no X-ray; else Slicer would put a copy of one into the sequence.
         browser.SetMissingItemMode(sequence, browser.MissingItemIgnore)
     browser.EndModify(was)
 
@@ -162,7 +158,7 @@ class _Images:
         return (image for number in range(count) if (image := self.at(number)) is not None)
 
     def kind(self) -> slicer.vtkMRMLVolumeNode:
-        """An empty node of the images' class, with how they are displayed left to it."""
+        """An empty node of the images' class."""
         node = self._source if self._stack else self._source.GetNthDataNode(0)
         empty = node.CreateNodeInstance()
         empty.UnRegister(None)

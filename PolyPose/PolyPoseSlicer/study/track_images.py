@@ -66,8 +66,6 @@ class TrackImages:
             plane,
         )
         parts.made("frames", spot.number, sequence)
-        if sequence.GetNumberOfDataNodes() == 0:
-            return None
         kind = sequence.GetNthDataNode(0).GetClassName()
         volume = slicer.mrmlScene.AddNode(unsaved_node(kind, _("{camera} X-ray").format(camera=spot.name)))
         parts.made("xray", spot.number, volume)
@@ -84,8 +82,11 @@ def _display(volume: Any, sequence: slicer.vtkMRMLSequenceNode) -> None:
     if not display.IsA("vtkMRMLScalarVolumeDisplayNode") or display.IsA("vtkMRMLVectorVolumeDisplayNode"):
         return
     last = sequence.GetNumberOfDataNodes() - 1
-    some = {sequence.GetNthDataNode(number) for number in (0, last // 2, last)}
-    values = np.concatenate([slicer.util.arrayFromVolume(node)[0, ::4, ::4].ravel() for node in some])
+    some = [sequence.GetNthDataNode(number) for number in (0, last // 2, last)]
+    shown = [slicer.util.arrayFromVolume(node) for node in some if node.GetImageData() is not None]
+    if not shown:
+        return
+    values = np.concatenate([each[0, ::4, ::4].ravel() for each in shown])
     low, high = np.percentile(values, (1, 99))
     display.SetAutoWindowLevel(False)
     display.SetWindowLevelMinMax(float(low), float(max(high, low + 1e-6)))

@@ -55,6 +55,8 @@ class TrackNodes:
         self._make_outlines()
         self._follow()
         _live.append(self)
+        if browser.GetSelectedItemNumber() < 0:
+            browser.SelectFirstItem()
         self._browser_changed()
         if track_layout.shown():
             self.show_layout()
@@ -170,19 +172,16 @@ class TrackNodes:
     def stop_correcting(self, keep: bool) -> None:
         """Take the handles away; keep the changes of this frame in the sequences, or put the bones back."""
         self._end_handles()
+        if keep:
+            self._keep()
         for name in self.transforms:
-            if keep:
-                self._keep(name)
-            else:
-                self._put_back(name)
+            self._put_back(name)
         self._show_states()
 
     def keep_pose(self, name: str, frame: int, matrix: np.ndarray) -> None:
         """Keep what a person made of a bone's pose in a frame that need not be shown: (4, 4) CT to patient, RAS mm."""
-        if not _same(matrix, to_patient(self.record.pose(name, frame))):
-            # First the sequence: taking note of the pose changes its node, and the browser then shows what it holds.
-            self._write(name, frame, matrix)
-            self._kept(name).remember(frame, to_patient(matrix))
+        self._write(name, frame, matrix)
+        self._note(name, frame, matrix)
 
     @drawn_once
     def undo(self, name: str) -> None:
@@ -315,9 +314,23 @@ class TrackNodes:
     def _kept(self, name: str) -> KeptPoses:
         return KeptPoses(self.sequences.get(name))
 
-    def _keep(self, name: str) -> None:
-        """Write a bone's pose into its sequence, where a person moved it."""
-        self.keep_pose(name, self.frame, self._shown_matrix(name))
+    def _keep(self) -> None:
+        """Write all bones' poses into their sequences, where a person moved them from the tracked ones or back.
+
+        All at first: what is remembered changes a sequence, upon which Slicer shows every bone as its sequence has it.
+        """
+        shown = {name: self._shown_matrix(name) for name in self.transforms if name in self.sequences}
+        for name, matrix in shown.items():
+            self._write(name, self.frame, matrix)
+        for name, matrix in shown.items():
+            self._note(name, self.frame, matrix)
+
+    def _note(self, name: str, frame: int, matrix: np.ndarray) -> None:
+        """Remember a pose as a person's, or forget one that is the tracked one again."""
+        if _same(matrix, to_patient(self.record.pose(name, frame))):
+            self._kept(name).forget(frame)
+        else:
+            self._kept(name).remember(frame, to_patient(matrix))
 
     def _write(self, name: str, frame: int, matrix: np.ndarray) -> None:
         node = self.sequences[name].GetDataNodeAtValue(str(frame))

@@ -74,7 +74,8 @@ class KeptPoses:
 
     def forget(self, frame: int) -> None:
         """Drop that of a frame, if there is one."""
-        self._store({number: pose for number, pose in self.poses.items() if number != frame})
+        if frame in self.poses:
+            self._store({number: pose for number, pose in self.poses.items() if number != frame})
 
     def _store(self, poses: dict[int, np.ndarray]) -> None:
         if self._sequence is not None:

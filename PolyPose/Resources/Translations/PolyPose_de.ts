@@ -2221,6 +2221,83 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     </message>
 </context>
 <context>
+    <name>scene.track_charts</name>
+    <message>
+        <source>angle [deg]</source>
+        <translation>Winkel [Grad]</translation>
+    </message>
+    <message>
+        <source>translation [mm]</source>
+        <translation>Verschiebung [mm]</translation>
+    </message>
+    <message>
+        <source>time [s]</source>
+        <translation>Zeit [s]</translation>
+    </message>
+    <message>
+        <source>{joint} angles</source>
+        <translation>{joint}: Winkel</translation>
+    </message>
+    <message>
+        <source>{joint} angles, doubtful</source>
+        <translation>{joint}: Winkel, zweifelhaft</translation>
+    </message>
+    <message>
+        <source>{joint} angles, this frame</source>
+        <translation>{joint}: Winkel, dieses Bild</translation>
+    </message>
+    <message>
+        <source>{joint} translations</source>
+        <translation>{joint}: Verschiebungen</translation>
+    </message>
+    <message>
+        <source>{joint} translations, doubtful</source>
+        <translation>{joint}: Verschiebungen, zweifelhaft</translation>
+    </message>
+    <message>
+        <source>{joint} translations, this frame</source>
+        <translation>{joint}: Verschiebungen, dieses Bild</translation>
+    </message>
+    <message>
+        <source>{title}, values</source>
+        <translation>{title}, Werte</translation>
+    </message>
+    <message>
+        <source>{title}, intervals</source>
+        <translation>{title}, Intervalle</translation>
+    </message>
+    <message>
+        <source>{quantity}, 95 %</source>
+        <translation>{quantity}, 95 %</translation>
+    </message>
+    <message>
+        <source>{title}, cursor</source>
+        <translation>{title}, Zeiger</translation>
+    </message>
+    <message>
+        <source>{title}, doubtful frames</source>
+        <translation>{title}, zweifelhafte Bilder</translation>
+    </message>
+</context>
+<context>
+    <name>scene.track_outlines</name>
+    <message>
+        <source>Outline of {bone} on {xray}</source>
+        <translation>Umriss von {bone} auf {xray}</translation>
+    </message>
+</context>
+<context>
+    <name>scene.track_sequences</name>
+    <message>
+        <source>&apos;{name}&apos; holds no images: choose a sequence of X-rays, or a volume.</source>
+        <translation>„{name}“ enthält keine Bilder: Wählen Sie eine Sequenz von Röntgenbildern oder ein Volumen.</translation>
+    </message>
+    <message>
+        <source>&apos;{name}&apos; is not an image: choose a volume or a sequence of volumes.</source>
+        <translation>„{name}“ ist kein Bild: Wählen Sie ein Volumen oder eine Sequenz von Volumen.</translation>
+    </message>
+</context>
+<context>
     <name>scene.xray_views</name>
     <message>
         <source>View of {name}</source>
@@ -2520,6 +2597,52 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>The result&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>
         <translation>Die Struktur „{name}“ des Ergebnisses hat kein Segment: Ordnen Sie es im ersten Abschnitt zu.</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_images</name>
+    <message>
+        <source>{camera} frames</source>
+        <translation>{camera}: Bilder</translation>
+    </message>
+    <message>
+        <source>{camera} X-ray</source>
+        <translation>{camera}: Röntgenbild</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_scene</name>
+    <message>
+        <source>Track</source>
+        <translation>Verfolgung</translation>
+    </message>
+    <message>
+        <source>Track, all numbers</source>
+        <translation>Verfolgung, alle Zahlen</translation>
+    </message>
+    <message>
+        <source>{bone} poses</source>
+        <translation>{bone}: Lagen</translation>
+    </message>
+    <message>
+        <source>The X-rays &apos;{image}&apos; have {columns} x {rows} pixels, but the track&apos;s camera &apos;{camera}&apos; has {width} x {height}: choose those that were tracked.</source>
+        <translation>Die Röntgenbilder „{image}“ haben {columns} x {rows} Pixel, die Kamera „{camera}“ der Verfolgung aber {width} x {height}: Wählen Sie die verfolgten.</translation>
+    </message>
+    <message>
+        <source>{bone} pose</source>
+        <translation>{bone}: Lage</translation>
+    </message>
+    <message>
+        <source>{bone} in motion</source>
+        <translation>{bone} in Bewegung</translation>
+    </message>
+    <message>
+        <source>The track&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>
+        <translation>Die Struktur „{name}“ der Verfolgung hat kein Segment: Ordnen Sie es im ersten Abschnitt zu.</translation>
+    </message>
+    <message>
+        <source>The segments of &apos;{name}&apos; hold no voxel: draw them.</source>
+        <translation>Die Segmente von „{name}“ enthalten kein Voxel: Zeichnen Sie sie.</translation>
     </message>
 </context>
 <context>

@@ -2221,6 +2221,83 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     </message>
 </context>
 <context>
+    <name>scene.track_charts</name>
+    <message>
+        <source>angle [deg]</source>
+        <translation>ángulo [grados]</translation>
+    </message>
+    <message>
+        <source>translation [mm]</source>
+        <translation>traslación [mm]</translation>
+    </message>
+    <message>
+        <source>time [s]</source>
+        <translation>tiempo [s]</translation>
+    </message>
+    <message>
+        <source>{joint} angles</source>
+        <translation>{joint}: ángulos</translation>
+    </message>
+    <message>
+        <source>{joint} angles, doubtful</source>
+        <translation>{joint}: ángulos, dudosos</translation>
+    </message>
+    <message>
+        <source>{joint} angles, this frame</source>
+        <translation>{joint}: ángulos, este fotograma</translation>
+    </message>
+    <message>
+        <source>{joint} translations</source>
+        <translation>{joint}: traslaciones</translation>
+    </message>
+    <message>
+        <source>{joint} translations, doubtful</source>
+        <translation>{joint}: traslaciones, dudosas</translation>
+    </message>
+    <message>
+        <source>{joint} translations, this frame</source>
+        <translation>{joint}: traslaciones, este fotograma</translation>
+    </message>
+    <message>
+        <source>{title}, values</source>
+        <translation>{title}, valores</translation>
+    </message>
+    <message>
+        <source>{title}, intervals</source>
+        <translation>{title}, intervalos</translation>
+    </message>
+    <message>
+        <source>{quantity}, 95 %</source>
+        <translation>{quantity}, 95 %</translation>
+    </message>
+    <message>
+        <source>{title}, cursor</source>
+        <translation>{title}, cursor</translation>
+    </message>
+    <message>
+        <source>{title}, doubtful frames</source>
+        <translation>{title}, fotogramas dudosos</translation>
+    </message>
+</context>
+<context>
+    <name>scene.track_outlines</name>
+    <message>
+        <source>Outline of {bone} on {xray}</source>
+        <translation>Contorno de {bone} en {xray}</translation>
+    </message>
+</context>
+<context>
+    <name>scene.track_sequences</name>
+    <message>
+        <source>&apos;{name}&apos; holds no images: choose a sequence of X-rays, or a volume.</source>
+        <translation>«{name}» no contiene imágenes: elija una secuencia de radiografías o un volumen.</translation>
+    </message>
+    <message>
+        <source>&apos;{name}&apos; is not an image: choose a volume or a sequence of volumes.</source>
+        <translation>«{name}» no es una imagen: elija un volumen o una secuencia de volúmenes.</translation>
+    </message>
+</context>
+<context>
     <name>scene.xray_views</name>
     <message>
         <source>View of {name}</source>
@@ -2520,6 +2597,52 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>The result&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>
         <translation>La estructura «{name}» del resultado no tiene ningún segmento: asígnelo en la primera sección.</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_images</name>
+    <message>
+        <source>{camera} frames</source>
+        <translation>{camera}: fotogramas</translation>
+    </message>
+    <message>
+        <source>{camera} X-ray</source>
+        <translation>{camera}: radiografía</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_scene</name>
+    <message>
+        <source>Track</source>
+        <translation>Seguimiento</translation>
+    </message>
+    <message>
+        <source>Track, all numbers</source>
+        <translation>Seguimiento, todos los números</translation>
+    </message>
+    <message>
+        <source>{bone} poses</source>
+        <translation>{bone}: poses</translation>
+    </message>
+    <message>
+        <source>The X-rays &apos;{image}&apos; have {columns} x {rows} pixels, but the track&apos;s camera &apos;{camera}&apos; has {width} x {height}: choose those that were tracked.</source>
+        <translation>Las radiografías «{image}» tienen {columns} x {rows} píxeles, pero la cámara «{camera}» del seguimiento tiene {width} x {height}: elija las que se siguieron.</translation>
+    </message>
+    <message>
+        <source>{bone} pose</source>
+        <translation>{bone}: pose</translation>
+    </message>
+    <message>
+        <source>{bone} in motion</source>
+        <translation>{bone} en movimiento</translation>
+    </message>
+    <message>
+        <source>The track&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>
+        <translation>La estructura «{name}» del seguimiento no tiene segmento: asígnelo en la primera sección.</translation>
+    </message>
+    <message>
+        <source>The segments of &apos;{name}&apos; hold no voxel: draw them.</source>
+        <translation>Los segmentos de «{name}» no contienen ningún vóxel: dibújelos.</translation>
     </message>
 </context>
 <context>

@@ -2221,6 +2221,83 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     </message>
 </context>
 <context>
+    <name>scene.track_charts</name>
+    <message>
+        <source>angle [deg]</source>
+        <translation>angle [degrés]</translation>
+    </message>
+    <message>
+        <source>translation [mm]</source>
+        <translation>translation [mm]</translation>
+    </message>
+    <message>
+        <source>time [s]</source>
+        <translation>temps [s]</translation>
+    </message>
+    <message>
+        <source>{joint} angles</source>
+        <translation>{joint} : angles</translation>
+    </message>
+    <message>
+        <source>{joint} angles, doubtful</source>
+        <translation>{joint} : angles, douteux</translation>
+    </message>
+    <message>
+        <source>{joint} angles, this frame</source>
+        <translation>{joint} : angles, cette image</translation>
+    </message>
+    <message>
+        <source>{joint} translations</source>
+        <translation>{joint} : translations</translation>
+    </message>
+    <message>
+        <source>{joint} translations, doubtful</source>
+        <translation>{joint} : translations, douteuses</translation>
+    </message>
+    <message>
+        <source>{joint} translations, this frame</source>
+        <translation>{joint} : translations, cette image</translation>
+    </message>
+    <message>
+        <source>{title}, values</source>
+        <translation>{title}, valeurs</translation>
+    </message>
+    <message>
+        <source>{title}, intervals</source>
+        <translation>{title}, intervalles</translation>
+    </message>
+    <message>
+        <source>{quantity}, 95 %</source>
+        <translation>{quantity}, 95 %</translation>
+    </message>
+    <message>
+        <source>{title}, cursor</source>
+        <translation>{title}, curseur</translation>
+    </message>
+    <message>
+        <source>{title}, doubtful frames</source>
+        <translation>{title}, images douteuses</translation>
+    </message>
+</context>
+<context>
+    <name>scene.track_outlines</name>
+    <message>
+        <source>Outline of {bone} on {xray}</source>
+        <translation>Contour de {bone} sur {xray}</translation>
+    </message>
+</context>
+<context>
+    <name>scene.track_sequences</name>
+    <message>
+        <source>&apos;{name}&apos; holds no images: choose a sequence of X-rays, or a volume.</source>
+        <translation>« {name} » ne contient pas d&apos;images : choisissez une séquence de radiographies ou un volume.</translation>
+    </message>
+    <message>
+        <source>&apos;{name}&apos; is not an image: choose a volume or a sequence of volumes.</source>
+        <translation>«&#xa0;{name}&#xa0;» n&apos;est pas une image&#xa0;: choisissez un volume ou une séquence de volumes.</translation>
+    </message>
+</context>
+<context>
     <name>scene.xray_views</name>
     <message>
         <source>View of {name}</source>
@@ -2520,6 +2597,52 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     <message>
         <source>The result&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>
         <translation>La structure «&#xa0;{name}&#xa0;» du résultat n&apos;a pas de segment&#xa0;: attribuez-le dans la première section.</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_images</name>
+    <message>
+        <source>{camera} frames</source>
+        <translation>{camera} : images</translation>
+    </message>
+    <message>
+        <source>{camera} X-ray</source>
+        <translation>{camera} : radiographie</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_scene</name>
+    <message>
+        <source>Track</source>
+        <translation>Suivi</translation>
+    </message>
+    <message>
+        <source>Track, all numbers</source>
+        <translation>Suivi, tous les nombres</translation>
+    </message>
+    <message>
+        <source>{bone} poses</source>
+        <translation>{bone} : poses</translation>
+    </message>
+    <message>
+        <source>The X-rays &apos;{image}&apos; have {columns} x {rows} pixels, but the track&apos;s camera &apos;{camera}&apos; has {width} x {height}: choose those that were tracked.</source>
+        <translation>Les radiographies « {image} » ont {columns} x {rows} pixels, mais la caméra « {camera} » du suivi en a {width} x {height} : choisissez celles qui ont été suivies.</translation>
+    </message>
+    <message>
+        <source>{bone} pose</source>
+        <translation>{bone} : pose</translation>
+    </message>
+    <message>
+        <source>{bone} in motion</source>
+        <translation>{bone} en mouvement</translation>
+    </message>
+    <message>
+        <source>The track&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>
+        <translation>La structure « {name} » du suivi n&apos;a pas de segment : attribuez-le dans la première section.</translation>
+    </message>
+    <message>
+        <source>The segments of &apos;{name}&apos; hold no voxel: draw them.</source>
+        <translation>Les segments de « {name} » ne contiennent aucun voxel : dessinez-les.</translation>
     </message>
 </context>
 <context>

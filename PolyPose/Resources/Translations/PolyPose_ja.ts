@@ -2221,6 +2221,83 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     </message>
 </context>
 <context>
+    <name>scene.track_charts</name>
+    <message>
+        <source>angle [deg]</source>
+        <translation>角度 [度]</translation>
+    </message>
+    <message>
+        <source>translation [mm]</source>
+        <translation>並進 [mm]</translation>
+    </message>
+    <message>
+        <source>time [s]</source>
+        <translation>時間 [s]</translation>
+    </message>
+    <message>
+        <source>{joint} angles</source>
+        <translation>{joint}: 角度</translation>
+    </message>
+    <message>
+        <source>{joint} angles, doubtful</source>
+        <translation>{joint}: 角度、不確か</translation>
+    </message>
+    <message>
+        <source>{joint} angles, this frame</source>
+        <translation>{joint}: 角度、現在のフレーム</translation>
+    </message>
+    <message>
+        <source>{joint} translations</source>
+        <translation>{joint}: 並進</translation>
+    </message>
+    <message>
+        <source>{joint} translations, doubtful</source>
+        <translation>{joint}: 並進、不確か</translation>
+    </message>
+    <message>
+        <source>{joint} translations, this frame</source>
+        <translation>{joint}: 並進、現在のフレーム</translation>
+    </message>
+    <message>
+        <source>{title}, values</source>
+        <translation>{title}、値</translation>
+    </message>
+    <message>
+        <source>{title}, intervals</source>
+        <translation>{title}、区間</translation>
+    </message>
+    <message>
+        <source>{quantity}, 95 %</source>
+        <translation>{quantity}、95 %</translation>
+    </message>
+    <message>
+        <source>{title}, cursor</source>
+        <translation>{title}、カーソル</translation>
+    </message>
+    <message>
+        <source>{title}, doubtful frames</source>
+        <translation>{title}、不確かなフレーム</translation>
+    </message>
+</context>
+<context>
+    <name>scene.track_outlines</name>
+    <message>
+        <source>Outline of {bone} on {xray}</source>
+        <translation>{xray} 上の {bone} の輪郭</translation>
+    </message>
+</context>
+<context>
+    <name>scene.track_sequences</name>
+    <message>
+        <source>&apos;{name}&apos; holds no images: choose a sequence of X-rays, or a volume.</source>
+        <translation>「{name}」には画像がありません。X線画像のシーケンスまたはボリュームを選択してください。</translation>
+    </message>
+    <message>
+        <source>&apos;{name}&apos; is not an image: choose a volume or a sequence of volumes.</source>
+        <translation>「{name}」は画像ではありません。ボリュームまたはボリュームのシーケンスを選択してください。</translation>
+    </message>
+</context>
+<context>
     <name>scene.xray_views</name>
     <message>
         <source>View of {name}</source>
@@ -2520,6 +2597,52 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>The result&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>
         <translation>結果の構造「{name}」にセグメントがありません。最初のセクションで割り当ててください。</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_images</name>
+    <message>
+        <source>{camera} frames</source>
+        <translation>{camera}: フレーム</translation>
+    </message>
+    <message>
+        <source>{camera} X-ray</source>
+        <translation>{camera}: X線画像</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_scene</name>
+    <message>
+        <source>Track</source>
+        <translation>追跡</translation>
+    </message>
+    <message>
+        <source>Track, all numbers</source>
+        <translation>追跡、すべての数値</translation>
+    </message>
+    <message>
+        <source>{bone} poses</source>
+        <translation>{bone}: 位置姿勢の列</translation>
+    </message>
+    <message>
+        <source>The X-rays &apos;{image}&apos; have {columns} x {rows} pixels, but the track&apos;s camera &apos;{camera}&apos; has {width} x {height}: choose those that were tracked.</source>
+        <translation>X線画像「{image}」は {columns} x {rows} 画素ですが、追跡のカメラ「{camera}」は {width} x {height} です。追跡に使った画像を選択してください。</translation>
+    </message>
+    <message>
+        <source>{bone} pose</source>
+        <translation>{bone}: 位置姿勢</translation>
+    </message>
+    <message>
+        <source>{bone} in motion</source>
+        <translation>{bone}(動き)</translation>
+    </message>
+    <message>
+        <source>The track&apos;s structure &apos;{name}&apos; has no segment: assign it in the first section.</source>
+        <translation>追跡の構造「{name}」にセグメントがありません。最初のセクションで割り当ててください。</translation>
+    </message>
+    <message>
+        <source>The segments of &apos;{name}&apos; hold no voxel: draw them.</source>
+        <translation>「{name}」のセグメントにボクセルがありません。描画してください。</translation>
     </message>
 </context>
 <context>
