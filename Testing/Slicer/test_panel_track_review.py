@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import unittest
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -130,7 +131,7 @@ class CorrectionTest(ReviewCase):
         self.assertFalse(self.ui.trackOn.enabled)
         self.end()
         arguments = self.told()[0]
-        given = dict(zip(arguments, arguments[1:], strict=False))
+        given = dict(pairwise(arguments))
         self.assertEqual((given["--at"], given["--direction"]), (str(DOUBTFUL), "forward"))
         poses = read_corrected_poses(self.folder / "poses.json", track_scene_case.NAMES)
         self.assertEqual(list(poses), ["femur"])

@@ -152,7 +152,8 @@ class RunTest(TrackPanelCase):
         flag = self.folder / "go"
         self.tracker(
             "def at(n, seconds, stage='tracking'):\n"
-            "    print(json.dumps(dict(stage=stage, iteration=n, of=8, similarity=None, seconds=seconds)), flush=True)\n"
+            "    step = dict(stage=stage, iteration=n, of=8, similarity=None, seconds=seconds)\n"
+            "    print(json.dumps(step), flush=True)\n"
             "at(0, 1.0); at(1, 100.0); at(2, 140.0); at(3, 180.0)\n"
             f"while not Path({str(flag)!r}).exists():\n    time.sleep(0.02)\n"
             "at(0, 400.0, 'tracking back')\ntime.sleep(60)\n"

@@ -34,14 +34,20 @@ class WriterTest(SlicerTestCase):
         self.ct = scenes.add_ct()
         self.segmentation = scenes.add_segmentation(self.ct)
         self.xrays = {name: track_scene_case.add_sequence(name, 9) for name in track_scene_case.OFFSETS}
+        rng = np.random.default_rng(0)
+        for sequence in self.xrays.values():
+            for number in range(sequence.GetNumberOfDataNodes()):
+                image = slicer.util.arrayFromVolume(sequence.GetNthDataNode(number))
+                image[:] = rng.random(image.shape, np.float32)
 
-    def row(self, name: str, **fields) -> XraySource:
-        camera = track_scene_case.camera(list(self.xrays).index(name))
+    def row(self, camera_name: str, **fields) -> XraySource:
+        camera = track_scene_case.camera(list(self.xrays).index(camera_name))
         given = {
-            "name": name, "camera": "known", "intensity": "line_integral",
+            "name": camera_name, "camera": "known", "intensity": "line_integral",
             "intrinsics": camera.intrinsics.tolist(), "extrinsic": camera.extrinsic.tolist(), **fields,
         }  # fmt: skip
-        return XraySource(self.xrays[name], frame=track_scene_case.OFFSETS[name], fields=given)
+        frame = track_scene_case.OFFSETS[camera_name]
+        return XraySource(self.xrays[camera_name], frame=frame, fields=given)
 
     def request(
         self, rows: list | None = None, settings: TrackSettings | None = None, **more

@@ -254,7 +254,7 @@ class TrackReview:
 
     def _enable_track_on(self, nodes: TrackNodes, running: bool, missing: str) -> None:
         if nodes.record.track.smoothed:
-            missing = _("A smoothed track cannot be gone on with: track without smoothing first.")
+            missing = _("A smoothed track cannot be continued: track without smoothing first.")
         for name in ("trackOn", "trackDirection"):
             getattr(self._ui, name).enabled = not running and not missing
         self._ui.trackOn.setToolTip(

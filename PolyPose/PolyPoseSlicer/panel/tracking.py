@@ -199,7 +199,8 @@ class TrackPart:
         if kept:
             lines.append(
                 _(
-                    "{count} frames are kept: Go on continues after them, as long as the inputs stay as they are."
+                    "{count} frames are kept: press Go on to continue after them, as long as the inputs stay as they "
+                    "are."
                 ).format(count=kept)
             )
         if cancelled:
