@@ -19,8 +19,9 @@ from slicer.util import VTKObservationMixin
 if str(Path(__file__).parent) not in sys.path:
     sys.path.insert(0, str(Path(__file__).parent))
 
-from PolyPoseSlicer.logic import PolyPoseLogic
+from PolyPoseSlicer.logic import RegistrationLogic
 from PolyPoseSlicer.process import environment
+from PolyPoseSlicer.track_logic import TrackLogic
 
 environment.make_core_importable()
 
@@ -97,6 +98,13 @@ class PolyPoseWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
             self.panel.cleanup()
             self.panel = None
         self.removeObservers()
+
+
+class PolyPoseLogic(TrackLogic, RegistrationLogic):
+    """Registers nodes of the scene, and tracks them through sequences; needs no panel.
+
+    Every failure is a PolyPoseLib.errors.PolyPoseError whose text is one sentence.
+    """
 
 
 class PolyPoseTest(ScriptedLoadableModuleTest):

@@ -1,4 +1,4 @@
-"""What Slicer's Python console calls: nodes in, nodes out, without the panel."""
+"""What Slicer's Python console calls to register: nodes in, nodes out, without the panel."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from slicer.ScriptedLoadableModule import ScriptedLoadableModuleLogic
 
 from .process import environment
-from .track_logic import TrackLogic
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.progress import Progress
@@ -20,8 +19,8 @@ if TYPE_CHECKING:
     from .study.results import OutputNodes
 
 
-class PolyPoseLogic(TrackLogic, ScriptedLoadableModuleLogic):
-    """Registers and tracks nodes of the scene; needs no panel.
+class RegistrationLogic(ScriptedLoadableModuleLogic):
+    """The part of PolyPoseLogic that registers.
 
     Every failure is a PolyPoseLib.errors.PolyPoseError whose text is one sentence.
     """
