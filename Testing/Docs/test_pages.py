@@ -10,6 +10,7 @@ import re
 import shlex
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from pages import DOCS, NOTEBOOKS, PAGES, ROOT, anchors, code_blocks, commands, links, name_of

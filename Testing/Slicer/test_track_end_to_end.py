@@ -1,4 +1,4 @@
-"""A knee that bends in front of two cameras, from nodes to nodes with the true tracker: interrupted, gone on, corrected."""
+"""A bending knee, from nodes to nodes with the true tracker: interrupted, gone on with, corrected, and tracked on."""
 
 from __future__ import annotations
 
