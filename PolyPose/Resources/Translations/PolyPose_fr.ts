@@ -2564,7 +2564,7 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     <name>scene.track_charts</name>
     <message>
         <source>angle [deg]</source>
-        <translation>angle [degrés]</translation>
+        <translation>angle [deg]</translation>
     </message>
     <message>
         <source>translation [mm]</source>

@@ -2564,7 +2564,7 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <name>scene.track_charts</name>
     <message>
         <source>angle [deg]</source>
-        <translation>角度 [度]</translation>
+        <translation>角度 [deg]</translation>
     </message>
     <message>
         <source>translation [mm]</source>
