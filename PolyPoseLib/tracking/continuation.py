@@ -26,6 +26,7 @@ def tracked_on(patient: Patient, correction: Correction, kept: Kept) -> list[Tra
     """
     numbers, number = correction.renewed, correction.frame
     by_hand = {each.frame: each for each in correction.track.frames if "corrected" in each.sources}
+    patient.run.step(0, len(numbers), None)
     here = kept.frame(number, lambda: corrected_frame(patient, correction))
     forward = Course(range(number + 1, numbers.stop), "forward", by_hand)
     backward = Course(range(number - 1, numbers.start - 1, -1), "backward", by_hand)

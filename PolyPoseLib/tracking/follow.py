@@ -51,7 +51,7 @@ def track(
         frames again on the way back.
     earlier : Correction, optional
         A track of the same sequence of which a frame was corrected by hand: tracking goes on from there, and the other
-        frames are kept. Where structures start, the option "start", and smoothing of the earlier track count no more.
+        frames are kept. Initial poses and the option "start" do not count then.
 
     Returns
     -------

@@ -31,7 +31,7 @@ def require_same_sequence(sequence: Sequence, track: Track) -> None:
     if numbers != list(sequence.frames):
         raise InputError(
             f"The earlier track holds the frames {numbers[0]} to {numbers[-1]}, the sequence {sequence.frames.start} "
-            f'to {sequence.frames.stop - 1}: give the options "first" and "last" of that track.'
+            f'to {sequence.frames.stop - 1}: give all of its images, and the options "first" and "last" of that track.'
         )
     differs = _of_the_arrays(sequence, track)
     if differs:

@@ -148,7 +148,7 @@ def _read(path: Path, digest: str, names: Sequence[str]) -> tuple[tuple[TrackedF
     ):
         raise InputError(
             f"{path}: the interrupted run tracked something else (other images, CT, labels, cameras, initial poses, "
-            "options or another version): replace --resume by --overwrite to begin anew."
+            "options, another correction or another version): replace --resume by --overwrite to begin anew."
         )
     parser, size = frame_of(len(names)), first[1]
     frames: list[TrackedFrame] = []
