@@ -138,7 +138,9 @@ class WriterTest(SlicerTestCase):
         camera = scenes.add_transform(scenes.rotation((0, 0, 1), 5.0))
         self.ct.SetAndObserveTransformNodeID(camera.GetID())
         found.append(digest(self.request()))
-        self.assertEqual(len({first, *found}), 5)
+        slicer.util.arrayFromVolumeModified(self.xrays["left"].GetNthDataNode(3))
+        found.append(digest(self.request()))
+        self.assertEqual(len({first, *found}), 6)
 
     def test_the_snapshot_copies_no_pixel(self) -> None:
         big = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLSequenceNode", "big")

@@ -13,6 +13,8 @@ import slicer
 import vtk
 from slicer.i18n import tr as _
 
+from PolyPoseLib.errors import PolyPoseError
+
 from ..process.background import Background
 from ..process.track_run import Continuation
 from ..process.track_saving import is_whole, saving, track_text
@@ -72,7 +74,7 @@ class TrackReview:
 
     def show(self, parameters: PolyPoseParameterNode | None, running: bool, missing: str) -> None:
         """Another parameter node, or the same that changed; missing: why nothing can be tracked, or empty."""
-        nodes = TrackNodes.of_scene() if parameters is not None else None
+        nodes = self._found() if parameters is not None else None
         if nodes is not self._nodes:
             self._follow(nodes)
         self._ui.trackBox.setVisible(nodes is not None)
@@ -82,6 +84,14 @@ class TrackReview:
             getattr(self._ui, name).enabled = not running
         self._ui.trackSave.enabled = not self._saving.busy
         self._enable_track_on(nodes, running, missing)
+
+    def _found(self) -> TrackNodes | None:
+        """The track of the scene; None where there is none, or one that cannot be read."""
+        try:
+            return TrackNodes.of_scene()
+        except PolyPoseError as error:
+            self._say(str(error))
+            return None
 
     def previous(self) -> None:
         """Go to the doubtful frame before this one."""

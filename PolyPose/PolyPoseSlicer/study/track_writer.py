@@ -128,9 +128,16 @@ def _changed_at(node: Any) -> list[Any]:
         content = node.GetSegmentation()
         found.append([content.GetSegment(each).GetMTime() for each in content.GetSegmentIDs()])
     elif node.IsA("vtkMRMLVolumeNode"):
-        found.append(0 if node.GetImageData() is None else node.GetImageData().GetMTime())
+        found.append(_image_changed_at(node))
+    elif node.IsA("vtkMRMLSequenceNode"):
+        images = (node.GetNthDataNode(number) for number in range(node.GetNumberOfDataNodes()))
+        found.append([_image_changed_at(each) for each in images])
     parent = node.GetParentTransformNode() if node.IsA("vtkMRMLTransformableNode") else None
     return [*found, [] if parent is None else [parent.GetID(), parent.GetTransformToWorldMTime()]]
+
+
+def _image_changed_at(node: Any) -> int:
+    return 0 if node.GetImageData() is None else node.GetImageData().GetMTime()
 
 
 def _age(path: str) -> int:
