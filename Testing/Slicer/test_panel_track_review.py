@@ -115,6 +115,18 @@ class CorrectionTest(ReviewCase):
         self.assertEqual(self.nodes.corrected_frames("pelvis"), [FIRST, DOUBTFUL])
         self.assertEqual(self.nodes.corrected_frames("femur"), [FIRST])
 
+    def test_a_doubtful_frame_that_was_corrected_is_not_gone_to_any_more(self) -> None:
+        self.nodes.go_to(DOUBTFUL)
+        self.correct("femur")
+        self.nodes.go_to(FIRST)
+        self.ui.trackNext.click()
+        self.assertEqual(self.nodes.frame, LOST)
+        self.nodes.go_to(DOUBTFUL)
+        self.ui.trackUndo.click()
+        self.nodes.go_to(FIRST)
+        self.ui.trackNext.click()
+        self.assertEqual(self.nodes.frame, DOUBTFUL)
+
     def test_playing_corrects_nothing(self) -> None:
         self.ui.trackCorrect.checked = True
         for frame in [*range(FIRST, FIRST + track_scene_case.FRAMES), *range(FIRST, LOST)]:

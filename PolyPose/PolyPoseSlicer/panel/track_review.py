@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import qt
@@ -23,6 +23,9 @@ from ..study.parameters import PolyPoseParameterNode
 from ..study.track_nodes import TrackNodes
 from .new_folder import empty_folder
 from .track_words import frame_text, track_verdict
+
+if TYPE_CHECKING:
+    from PolyPoseLib.data.tracking.track import TrackedFrame
 
 _BUTTONS = ("trackPrevious", "trackNext", "trackBone", "trackCorrect", "trackUndo", "trackPlots", "trackSave")
 _DIRECTIONS = ("both", "forward", "backward")
@@ -52,6 +55,8 @@ class TrackReview:
         self._nodes: TrackNodes | None = None
         self._observed: list[tuple[Any, int, Any]] = []
         self._frame: int | None = None
+        self._tracked: dict[int, TrackedFrame] = {}
+        self._doubtful: list[int] = []
         self._moved: _Moved | None = None
         self._saving = Background()
         self._setting = False
@@ -97,13 +102,13 @@ class TrackReview:
         """Go to the doubtful frame before this one."""
         if self._nodes is not None:
             now = self._nodes.frame
-            self._go([frame for frame in self._nodes.doubtful_frames() if frame < now][-1:])
+            self._go([frame for frame in self._doubtful if frame < now][-1:])
 
     def next(self) -> None:
         """Go to the doubtful frame after this one."""
         if self._nodes is not None:
             now = self._nodes.frame
-            self._go([frame for frame in self._nodes.doubtful_frames() if frame > now][:1])
+            self._go([frame for frame in self._doubtful if frame > now][:1])
 
     def undo(self) -> None:
         """Put the chosen bone back where the track has it in this frame."""
@@ -111,7 +116,7 @@ class TrackReview:
         if nodes is not None and name in nodes.names:
             self._moved = None
             nodes.undo(name)
-            self._show_frame()
+            self._corrections_changed()
 
     def track_on(self) -> None:
         """Track on from the bones of this frame as they are now."""
@@ -188,6 +193,8 @@ class TrackReview:
             self._observe(
                 transform, slicer.vtkMRMLTransformableNode.TransformModifiedEvent, self._transform_changed
             )
+        self._tracked = {each.frame: each for each in nodes.record.track.frames}
+        self._doubtful = nodes.doubtful_frames()
         verdict = track_verdict(nodes.record.track)
         self._ui.trackVerdict.text = "\n".join([verdict.headline, *verdict.lines])
         self._ui.trackVerdict.setStyleSheet(verdict.style)
@@ -206,6 +213,7 @@ class TrackReview:
         self._frame = nodes.frame
         if moved is not None:
             nodes.keep_pose(moved.name, moved.frame, moved.matrix)
+            self._doubtful = nodes.doubtful_frames()
         self._show_frame()
 
     def _transform_changed(self, node: Any, *_ignored: Any) -> None:
@@ -224,12 +232,16 @@ class TrackReview:
         if nodes is None:
             return
         frame = nodes.frame
-        tracked = next((each for each in nodes.record.track.frames if each.frame == frame), None)
         corrected = [name for name in nodes.names if frame in nodes.corrected_frames(name)]
-        self._ui.trackFrameText.text = frame_text(tracked, nodes.names, frame, corrected)
-        doubtful = nodes.doubtful_frames()
-        self._ui.trackPrevious.setToolTip(_count(sum(each < frame for each in doubtful)))
-        self._ui.trackNext.setToolTip(_count(sum(each > frame for each in doubtful)))
+        self._ui.trackFrameText.text = frame_text(self._tracked.get(frame), nodes.names, frame, corrected)
+        self._ui.trackPrevious.setToolTip(_count(sum(each < frame for each in self._doubtful)))
+        self._ui.trackNext.setToolTip(_count(sum(each > frame for each in self._doubtful)))
+
+    def _corrections_changed(self) -> None:
+        """Look anew which frames are doubtful: corrected ones are not. Playing asks for it in no frame."""
+        if self._nodes is not None:
+            self._doubtful = self._nodes.doubtful_frames()
+            self._show_frame()
 
     def _go(self, frames: list[int]) -> None:
         if self._nodes is not None and frames:
@@ -249,7 +261,7 @@ class TrackReview:
         else:
             self._moved = None
             nodes.stop_correcting(keep=True)
-            self._show_frame()
+            self._corrections_changed()
 
     def _start_correcting(self) -> None:
         nodes, name = self._nodes, self._ui.trackBone.currentText
@@ -260,7 +272,7 @@ class TrackReview:
         moved, self._moved = self._moved, None
         if moved is not None and self._nodes is not None:
             self._nodes.keep_pose(moved.name, moved.frame, moved.matrix)
-            self._show_frame()
+            self._corrections_changed()
 
     def _enable_track_on(self, nodes: TrackNodes, running: bool, missing: str) -> None:
         if nodes.record.track.smoothed:
