@@ -22,8 +22,13 @@ MOST_TRIANGLES = 30_000
 """Larger surfaces are coarsened, so that outlines follow the handles."""
 
 
-def surface_of(segmentation: slicer.vtkMRMLSegmentationNode, segments: Sequence[str]) -> vtk.vtkPolyData:
-    """The closed surface of segments where they are shown, RAS mm, coarsened; empty when they have no voxel."""
+def surface_of(
+    segmentation: slicer.vtkMRMLSegmentationNode, segments: Sequence[str], most: int = MOST_TRIANGLES
+) -> vtk.vtkPolyData:
+    """The closed surface of segments where they are shown, RAS mm, coarsened; empty when they have no voxel.
+
+    most: triangles, about.
+    """
     whole = vtk.vtkAppendPolyData()
     for segment in segments:
         surface = vtk.vtkPolyData()
@@ -32,18 +37,18 @@ def surface_of(segmentation: slicer.vtkMRMLSegmentationNode, segments: Sequence[
         )
         whole.AddInputData(surface)
     whole.Update()
-    return coarsened(whole.GetOutput())
+    return coarsened(whole.GetOutput(), most)
 
 
-def coarsened(surface: vtk.vtkPolyData) -> vtk.vtkPolyData:
-    """The surface with about MOST_TRIANGLES triangles, where it has more."""
-    if surface.GetNumberOfCells() <= MOST_TRIANGLES:
+def coarsened(surface: vtk.vtkPolyData, most: int = MOST_TRIANGLES) -> vtk.vtkPolyData:
+    """The surface with about so many triangles, where it has more."""
+    if surface.GetNumberOfCells() <= most:
         return surface
     fewer = vtk.vtkQuadricClustering()
     fewer.SetInputData(surface)
     box = np.array(surface.GetBounds()).reshape(3, 2)
     sides = box[:, 1] - box[:, 0]
-    cell = np.sqrt(2 * (sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0]) / MOST_TRIANGLES)
+    cell = np.sqrt(2 * (sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0]) / most)
     fewer.AutoAdjustNumberOfDivisionsOff()
     fewer.SetNumberOfDivisions(*(int(max(side / cell, 8)) for side in sides))
     fewer.Update()

@@ -40,10 +40,11 @@ class RigidSurface:
             corners = vtk_to_numpy(found.GetPolys().GetConnectivityArray()).reshape(-1, 3).astype(np.int64)
         first, second, third = (self.points[corners[:, each]] - self._centre for each in range(3))
         normals = np.cross(second - first, third - first)
+        self._ends, self._sides = _shared_edges(corners, len(self.points))
+        normals[_folded(normals, self._sides)] *= -1
         # Products of centred coordinates fit float32, which halves the time of a frame.
         self._offsets = np.einsum("ti,ti->t", normals, first).astype(np.float32)
         self._normals = normals.astype(np.float32)
-        self._ends, self._sides = _shared_edges(corners, len(self.points))
 
     @property
     def bounds(self) -> np.ndarray:
@@ -86,14 +87,30 @@ class Detector:
 
 
 def _shared_edges(corners: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Ends (E, 2) of edges that two triangles share, and the numbers (E, 2) of these triangles."""
+    """Ends (E, 2) of edges that exactly two triangles share, and the numbers (E, 2) of these triangles.
+
+    Coarsened surfaces have some edges of more triangles, whose sides say nothing of the outline.
+    """
     pairs = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
     owners = np.tile(np.arange(len(corners)), 3)
     keys = pairs.min(axis=1) * max(points, 1) + pairs.max(axis=1)
     order = np.argsort(keys, kind="stable")
     keys, owners, pairs = keys[order], owners[order], pairs[order]
-    same = np.flatnonzero(keys[1:] == keys[:-1])
+    starts = np.flatnonzero(np.r_[True, keys[1:] != keys[:-1]]) if len(keys) else np.zeros(0, np.int64)
+    same = starts[np.diff(np.r_[starts, len(keys)]) == 2]
     return pairs[same], np.stack([owners[same], owners[same + 1]], axis=1)
+
+
+def _folded(normals: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    """Which triangles (T,) lie the other way round than most of those beside them, as coarsening leaves some.
+
+    Each would have an outline of its own, a speck inside that of the bone.
+    """
+    units = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-12)[:, None]
+    against = np.einsum("ei,ei->e", units[sides[:, 0]], units[sides[:, 1]]) < 0
+    beside = np.bincount(sides.ravel(), minlength=len(normals))
+    opposed = np.bincount(sides[against].ravel(), minlength=len(normals))
+    return 2 * opposed > beside
 
 
 def _lines(points: np.ndarray, ends: np.ndarray) -> vtk.vtkPolyData:

@@ -15,7 +15,7 @@ from slicer.i18n import tr as _
 from PolyPoseLib.errors import InputError
 
 from ..scene import track_charts, track_sequences, tree_folder
-from ..scene.bone_handles import coarsened, surface_of
+from ..scene.bone_handles import surface_of
 from ..scene.drawing import drawn_once
 from ..scene.frames import flip_vectors
 from ..scene.names import free_name
@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 
 DETECTOR_MARGIN = 1.05
 """X-rays are shown this much farther from the source than any bone comes."""
+
+MOST_TRIANGLES = 70_000
+"""Of a bone: outlines of three such bones on two X-rays take about 12 ms a frame."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +126,7 @@ def _surfaces(record: TrackRecord, inputs: TrackInputs) -> dict[str, vtk.vtkPoly
                     name=name
                 )
             )
-        surfaces[name] = coarsened(surface_of(inputs.segmentation, segments))
+        surfaces[name] = surface_of(inputs.segmentation, segments, MOST_TRIANGLES)
         if surfaces[name].GetNumberOfCells() == 0:
             raise InputError(_("The segments of '{name}' hold no voxel: draw them.").format(name=name))
     return surfaces
