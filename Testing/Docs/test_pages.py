@@ -10,6 +10,7 @@ import re
 import shlex
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from pages import DOCS, NOTEBOOKS, PAGES, ROOT, anchors, code_blocks, commands, links, name_of
@@ -131,8 +132,15 @@ def _subcommands(parser: argparse.ArgumentParser) -> list[str]:
 
 def _require_module(name: str) -> None:
     """The modules of Slicer and its extensions are not there outside it."""
-    if name.split(".")[0] not in ("slicer", "PolyPose"):
+    if name.split(".")[0] == "PolyPoseSlicer":
+        assert _slicer_file(name).is_file(), name
+    elif name.split(".")[0] not in ("slicer", "PolyPose"):
         assert importlib.util.find_spec(name), name
+
+
+def _slicer_file(module: str) -> Path:
+    """The file of a module of the extension, which is not importable outside Slicer."""
+    return ROOT / "PolyPose" / Path(*module.split(".")).with_suffix(".py")
 
 
 def _require_names(module: str, names: list[str]) -> None:
@@ -141,6 +149,11 @@ def _require_names(module: str, names: list[str]) -> None:
         assert set(names) <= {node.name for node in tree.body if isinstance(node, ast.ClassDef)}
         return
     _require_module(module)
+    if module.split(".")[0] == "PolyPoseSlicer":
+        tree = ast.parse(_slicer_file(module).read_text(encoding="utf-8"))
+        defined = {node.name for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
+        imported = (node.names for node in tree.body if isinstance(node, ast.ImportFrom))
+        assert set(names) <= defined | {each.name for found in imported for each in found}, module
     if module.split(".")[0] == "PolyPoseLib":
         found = importlib.import_module(module)
         for name in names:

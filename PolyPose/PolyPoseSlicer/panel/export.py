@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from ..process.study_run import State
 from ..study.ct_files import dicom_files
 from ..study.parameters import PolyPoseParameterNode
 from ..study.scene_result import missing_for_export, scene_study, whole_result
+from .new_folder import empty_folder
 
 POLL_MS = 50
 
@@ -68,7 +68,7 @@ class ExportPart:
             study = scene_study(parameters)
             files = dicom_files(parameters.ct)
             result = whole_result(parameters, study)
-            self._run = DicomExport(study, result, files, _empty_folder(Path(folder)))
+            self._run = DicomExport(study, result, files, empty_folder(Path(folder), "PolyPose-DICOM"))
         except (PolyPoseError, OSError) as error:
             self._state.text = str(error)
             return
@@ -154,11 +154,3 @@ def import_folder(folder: Path) -> str:
             reason=str(error) or type(error).__name__
         )
     return _("Added to Slicer's DICOM database.")
-
-
-def _empty_folder(folder: Path) -> Path:
-    """The folder when it is empty, otherwise one within that does not exist."""
-    if not folder.exists() or not any(folder.iterdir()):
-        return folder
-    names = itertools.chain(["PolyPose-DICOM"], (f"PolyPose-DICOM_{n}" for n in itertools.count(1)))
-    return next(folder / name for name in names if not (folder / name).exists())

@@ -8,9 +8,11 @@ import slicer
 import vtk
 
 from ..process.renderer import Renderer
+from ..process.track_folder import TRACKS
 from ..scene import layouts
 from ..study.parameters import PolyPoseParameterNode, missing_bones, missing_xrays, xray_sources
 from ..study.snapshot import Snapshot
+from ..study.track_nodes import TrackNodes
 from .adjustment import AdjustmentPart
 from .cameras import CameraPart
 from .carm import CarmPart
@@ -24,6 +26,8 @@ from .segment_bones import SegmentPart
 from .shortcuts import Shortcuts
 from .steps import Steps
 from .structures import StructuresPart
+from .track_review import TrackReview
+from .tracking import TrackPart
 from .xrays import XraysPart
 
 _INPUTS = ("ct", "segmentation")
@@ -70,6 +74,8 @@ class Panel:
         self.export = ExportPart(ui, requirements)
         self.register = RegisterPart(ui, logic, requirements, self._result_came, self._changed)
         self.adjustment = AdjustmentPart(ui, self.review, self.register)
+        self.tracking = TrackPart(ui, logic, requirements, self.xrays.reader, self._track_came, self._changed)
+        self.track_review = TrackReview(ui, host, self.tracking.start, self.tracking.say)
         scene = slicer.mrmlScene
         host.addObserver(scene, scene.StartCloseEvent, self._scene_closes)
         host.addObserver(scene, scene.EndCloseEvent, self._scene_closed)
@@ -85,10 +91,11 @@ class Panel:
         self._show_pictures_again()
 
     def exit(self) -> None:
-        """Another module is opened: a registration, a search and a segmentation go on, everything else stops."""
+        """Another module is opened: registration, tracking, search and segmentation go on, everything else stops."""
         self._shortcuts.stop()
         self.carm.stop()
         self.adjustment.stop()
+        self.track_review.stop()
         self.review.pause()
         self.renderer.close()
         self.use(None)
@@ -110,6 +117,8 @@ class Panel:
         self.cameras.close()
         self.landmarks.stop()
         self.register.close()
+        self.tracking.close()
+        self.track_review.close()
         self.export.close()
         self.review.pause()
         self.renderer.close()
@@ -151,6 +160,8 @@ class Panel:
             self.saving.show(parameters)
             self.export.show(parameters)
             self.adjustment.show(parameters)
+            self.tracking.show(parameters)
+            self.track_review.show(parameters, self.tracking.running, self.tracking.missing)
             self._show_steps(parameters, unready)
         finally:
             self._refreshing = False
@@ -164,6 +175,7 @@ class Panel:
                     "xraysSection": not (missing_xrays(parameters) or unready),
                     "cameraSection": self.xrays.have_cameras,
                     "reviewSection": parameters.outputTransform is not None,
+                    "motionSection": self.track_review.nodes is not None,
                 }
             )
 
@@ -203,6 +215,7 @@ class Panel:
 
     def _scene_closes(self, *_ignored: Any) -> None:
         self.stop()
+        TRACKS.remove()
         self.adjustment.close()
         self.review.undo.forget()
         self.review.close()
@@ -237,6 +250,13 @@ class Panel:
         if self.parameters is not None:
             self.review.result_came(nodes)
             self.steps.open("reviewSection")
+
+    def _track_came(self, nodes: TrackNodes) -> None:
+        """Show a new track, unless another module is open."""
+        if self.parameters is not None:
+            self._changed()
+            self.steps.open("motionSection")
+            nodes.show_layout()
 
     def _reports(self) -> list[Any]:
         sources = xray_sources(self.parameters) if self.parameters is not None else []

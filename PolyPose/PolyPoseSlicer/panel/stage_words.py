@@ -10,6 +10,7 @@ SAVING = "done"
 """The core's last stage: it has the result and writes the files."""
 
 _CAMERA = "camera "
+_PASSES = ("tracking", "tracking back")
 
 
 def stage_text(progress: Progress) -> str:
@@ -22,6 +23,28 @@ def stage_text(progress: Progress) -> str:
     if progress.similarity is not None:
         text += _(", similarity {similarity:.4f}").format(similarity=progress.similarity)
     return text
+
+
+def track_stage_text(progress: Progress, seconds_left: float | None) -> str:
+    """The same of a tracking, with how long the present pass over the frames still takes, where that is known."""
+    if progress.stage == SAVING:
+        return _("Saving the track...")
+    if progress.stage not in _PASSES:
+        return stage_text(progress)
+    frame = min(progress.iteration + 1, progress.of)
+    text = (
+        _("Tracking: frame {frame} of {of}")
+        if progress.stage == "tracking"
+        else _("Back: frame {frame} of {of}")
+    )
+    text = text.format(frame=frame, of=progress.of)
+    return text if seconds_left is None else f"{text}, {_left(seconds_left)}"
+
+
+def _left(seconds: float) -> str:
+    if seconds < 90:
+        return _("about {seconds:.0f} s left in this pass").format(seconds=max(seconds, 1))
+    return _("about {minutes:.0f} min left in this pass").format(minutes=seconds / 60)
 
 
 def _stage(name: str) -> str:

@@ -15,6 +15,7 @@ SECTIONS = (
     "carmSection",
     "registerSection",
     "reviewSection",
+    "motionSection",
 )
 _NEXT = {"inputsSection": "xraysSection", "xraysSection": "registerSection"}
 """What opens when a step is done: the optional steps are skipped."""

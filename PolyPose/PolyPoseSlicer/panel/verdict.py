@@ -13,10 +13,16 @@ from ..study.results import OutputNodes
 class Verdict:
     """A headline with a sign before it, the lines below it, and colours that all can tell apart (Okabe and Ito)."""
 
-    headline: str
+    title: str
     lines: tuple[str, ...]
+    sign: str
     background: str
     foreground: str
+
+    @property
+    def headline(self) -> str:
+        """The sign and the title."""
+        return f"{self.sign} {self.title}"
 
     @property
     def style(self) -> str:
@@ -25,6 +31,12 @@ class Verdict:
             f"background-color: {self.background}; color: {self.foreground}; font-weight: bold; "
             "padding: 6px; border-radius: 4px;"
         )
+
+
+DISTRUSTED = ("\u2715", "#a33b00", "#ffffff")
+CHECK = ("\u26a0", "#e69f00", "#000000")
+FINE = ("\u2713", "#0072b2", "#ffffff")
+"""The sign and the colours of each kind of verdict."""
 
 
 def verdict_of(outputs: OutputNodes) -> Verdict:
@@ -36,11 +48,9 @@ def verdict_of(outputs: OutputNodes) -> Verdict:
             "What to do: look at the overlay of each X-ray; where it does not match, give a better initial camera or "
             "landmarks, and register again."
         )
-        headline = "\u2715 " + _("DO NOT TRUST THIS RESULT")
-        return Verdict(headline, (*reasons, advice, *warnings), "#a33b00", "#ffffff")
+        return Verdict(_("DO NOT TRUST THIS RESULT"), (*reasons, advice, *warnings), *DISTRUSTED)
     if warnings:
-        headline = "\u26a0 " + _("Check what is named here before you use the result")
-        return Verdict(headline, tuple(warnings), "#e69f00", "#000000")
-    headline = "\u2713 " + _("The checks found no sign of failure")
+        title = _("Check what is named here before you use the result")
+        return Verdict(title, tuple(warnings), *CHECK)
     advice = _("Look at the overlay of each X-ray all the same.")
-    return Verdict(headline, (advice,), "#0072b2", "#ffffff")
+    return Verdict(_("The checks found no sign of failure"), (advice,), *FINE)

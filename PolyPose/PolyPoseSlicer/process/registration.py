@@ -23,8 +23,6 @@ from .environment import python_executable
 from .job import Job, Step
 from .study_run import POLL_SECONDS, RunError, State, StudyRun, error_of, leftover_folders
 
-_WAIT_SECONDS = 0.02
-
 
 class Registration(StudyRun):
     """A running registration: call `poll` from time to time, on the main thread, until `state.ended`.
@@ -99,17 +97,7 @@ class Registration(StudyRun):
             `error`, when there is one.
 
         """
-        seen = None
-        try:
-            while not self.poll().ended:
-                if progress is not None and self.progress is not None and self.progress is not seen:
-                    seen = self.progress
-                    progress(seen)
-                time.sleep(_WAIT_SECONDS)
-        finally:
-            self.close()
-        if self.error is not None:
-            raise self.error
+        self.wait_for_end(progress)
         return self.nodes
 
     def _arguments(self, study_file: Path) -> list[str]:

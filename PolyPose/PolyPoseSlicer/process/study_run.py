@@ -9,6 +9,7 @@ import re
 import shutil
 import tempfile
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,12 +17,15 @@ from typing import Any
 import slicer
 from slicer.i18n import tr as _
 
-from PolyPoseLib.data.progress import Progress
+from PolyPoseLib.data.progress import Progress, ProgressCallback
 from PolyPoseLib.errors import CancelledError, InputError, PolyPoseError
 
 from ..study.writer import StudyData, write_study
 from .environment import child_environment
 from .job import Job, Step
+
+WAIT_SECONDS = 0.02
+"""How long `StudyRun.wait_for_end` rests between polls."""
 
 POLL_SECONDS = 0.02
 """A poll on the main thread lasts about this long at most; no single step of it takes as long."""
@@ -102,6 +106,23 @@ class StudyRun:
             fault = f"{type(error).__name__}: {error}"
             self._end(State.FAILED, RunError(_("An unexpected error occurred: {fault}.").format(fault=fault)))
         return self.state
+
+    def wait_for_end(self, progress: ProgressCallback | None = None) -> None:
+        """Block until it has ended; raises its error, when there is one.
+
+        progress: called with each new Progress; an exception in it, KeyboardInterrupt included, stops the run.
+        """
+        seen = None
+        try:
+            while not self.poll().ended:
+                if progress is not None and self.progress is not None and self.progress is not seen:
+                    seen = self.progress
+                    progress(seen)
+                time.sleep(WAIT_SECONDS)
+        finally:
+            self.close()
+        if self.error is not None:
+            raise self.error
 
     def cancel(self) -> None:
         """Ask it to stop and return at once; the child's whole tree has ended within two seconds."""

@@ -70,6 +70,7 @@ class PolyPoseParameterNode:
     xrayImages, xrayTexts: one entry an X-ray; see `xray_sources`. xrayCameras: its camera's transform, or None.
     xrayCtLandmarks, xrayLandmarks: its points in the CT and in the image, or None.
     options: JSON of the advanced options (PolyPoseLib.data.options) beside preset and device.
+    tracking: JSON of the settings of the section Motion, see `track_request.TrackSettings`.
     carried: nodes of the CT's posture that follow the result.
     output...: None before the first registration.
     """
@@ -86,6 +87,7 @@ class PolyPoseParameterNode:
     preset: Preset = Preset.DEFAULT
     device: Device = Device.AUTO
     options: str = "{}"
+    tracking: str = "{}"
     livePreview: bool = True
     carried: list[vtkMRMLNode]
     outputTransform: vtkMRMLTransformNode
@@ -260,18 +262,23 @@ def store_outputs(parameters: PolyPoseParameterNode, nodes: OutputNodes) -> None
     parameters.EndModify(was)
 
 
-def missing_bones(parameters: PolyPoseParameterNode) -> str:
-    """One sentence that says what is still missing of CT and bones; empty when nothing is."""
+def missing_structures(parameters: PolyPoseParameterNode) -> str:
+    """One sentence that says what is still missing of the CT and its structures; empty when nothing is."""
     if parameters.ct is None:
         return _("Choose the CT.")
     if parameters.segmentation is None:
         return _("Choose the segmentation of the CT's bones.")
-    structures = structures_of(parameters)
-    if not structures:
+    if not structures_of(parameters):
         return _("Assign at least one segment to a structure, or have the structures proposed.")
-    if parameters.anchor not in structures:
-        return _("Choose the anchor: the structure that stays where it is.")
     return ""
+
+
+def missing_bones(parameters: PolyPoseParameterNode) -> str:
+    """One sentence that says what is still missing of CT and bones; empty when nothing is."""
+    missing = missing_structures(parameters)
+    if not missing and parameters.anchor not in structures_of(parameters):
+        return _("Choose the anchor: the structure that stays where it is.")
+    return missing
 
 
 def missing_xrays(parameters: PolyPoseParameterNode) -> str:

@@ -178,11 +178,16 @@ class TrackNodes:
             self._put_back(name)
         self._show_states()
 
+    def keep_pose(self, name: str, frame: int, matrix: np.ndarray) -> None:
+        """Keep what a person made of a bone's pose in a frame that need not be shown: (4, 4) CT to patient, RAS mm."""
+        self._write(name, frame, matrix)
+        self._note(name, frame, matrix)
+
     @drawn_once
     def undo(self, name: str) -> None:
         """Put the tracked pose of this frame back, also where another one was kept."""
         self._kept(name).forget(self.frame)
-        self._write(name, to_patient(self.record.pose(name, self.frame)))
+        self._write(name, self.frame, to_patient(self.record.pose(name, self.frame)))
         self._put_back(name)
         self._show_states()
 
@@ -316,15 +321,19 @@ class TrackNodes:
         """
         shown = {name: self._shown_matrix(name) for name in self.transforms if name in self.sequences}
         for name, matrix in shown.items():
-            self._write(name, matrix)
+            self._write(name, self.frame, matrix)
         for name, matrix in shown.items():
-            if _same(matrix, to_patient(self.record.pose(name, self.frame))):
-                self._kept(name).forget(self.frame)
-            else:
-                self._kept(name).remember(self.frame, to_patient(matrix))
+            self._note(name, self.frame, matrix)
 
-    def _write(self, name: str, matrix: np.ndarray) -> None:
-        node = self.sequences[name].GetDataNodeAtValue(str(self.frame))
+    def _note(self, name: str, frame: int, matrix: np.ndarray) -> None:
+        """Remember a pose as a person's, or forget one that is the tracked one again."""
+        if _same(matrix, to_patient(self.record.pose(name, frame))):
+            self._kept(name).forget(frame)
+        else:
+            self._kept(name).remember(frame, to_patient(matrix))
+
+    def _write(self, name: str, frame: int, matrix: np.ndarray) -> None:
+        node = self.sequences[name].GetDataNodeAtValue(str(frame))
         if node is not None and not _same(_matrix(node), matrix):
             node.SetMatrixTransformToParent(to_vtk(matrix))
             self.sequences[name].StorableModified()

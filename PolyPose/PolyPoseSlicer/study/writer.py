@@ -83,6 +83,21 @@ def read_study(
         Something is missing or wrong, as one sentence.
 
     """
+    study = read_bones(ct, segmentation, structures, anchor)
+    if not xrays:
+        raise InputError(_("There is no X-ray: add at least one; two from different directions are better."))
+    study.xrays = [_read_xray(XraySource.of(each)) for each in xrays]
+    study.options = dict(options or {})
+    return study
+
+
+def read_bones(
+    ct: slicer.vtkMRMLScalarVolumeNode,
+    segmentation: slicer.vtkMRMLSegmentationNode,
+    structures: Mapping[str, Sequence[str]],
+    anchor: str,
+) -> StudyData:
+    """Copy CT and bones from the scene, as of `read_study`; the study has no X-rays. Raises InputError."""
     if ct is None:
         raise InputError(_("No CT is chosen: choose a volume."))
     if segmentation is None:
@@ -93,19 +108,17 @@ def read_study(
         raise InputError(
             _("The anchor '{anchor}' is not one of the structures: choose one of them.").format(anchor=anchor)
         )
-    if not xrays:
-        raise InputError(_("There is no X-ray: add at least one; two from different directions are better."))
-    groups = {name: [segment_id(segmentation, each) for each in ids] for name, ids in structures.items()}
     segment_ids = list(segmentation.GetSegmentation().GetSegmentIDs())
-    sources = [XraySource.of(each) for each in xrays]
     return StudyData(
         ct=read_volume(ct),
         layers=read_layers(segmentation, segment_ids),
         segment_ids=segment_ids,
-        structures=groups,
+        structures={
+            name: [segment_id(segmentation, each) for each in ids] for name, ids in structures.items()
+        },
         anchor=anchor,
-        xrays=[_read_xray(source) for source in sources],
-        options=dict(options or {}),
+        xrays=[],
+        options={},
     )
 
 
@@ -136,24 +149,19 @@ def write_study(study: StudyData, folder: Path) -> Path:
 
     Sets study.labels. Raises OSError when the disk is full or the folder cannot be written.
     """
-    _require_space(study, folder)
-    labels = study.labels = merged_labels(study)
-    _write_image(study.ct, folder / "ct.nrrd")
-    _write_image(Voxels(labels, study.ct.grid), folder / "labels.nrrd")
+    labels = write_bones(study, folder, 3 * study.ct.values.nbytes + 2 * study.ct.values.size)
     entries = []
     for number, (entry, pixels, spacing) in enumerate(study.xrays):
         if pixels is not None:
             name = f"xray_{number}.nrrd"
-            _write_pixels(pixels, spacing, folder / name)
-            entry = {**entry, "image": name}
-            if spacing != UNKNOWN_SPACING and not {"pixel_spacing_mm", "intrinsics"} & entry.keys():
-                entry["pixel_spacing_mm"] = list(spacing)
+            write_pixels(pixels, spacing, folder / name)
+            entry = with_spacing({**entry, "image": name}, spacing)
         entries.append(entry)
     fields = {
         "version": 1,
         "ct": "ct.nrrd",
         "segmentation": "labels.nrrd",
-        "structures": {name: _numbers_left(study, labels, name) for name in study.structures},
+        "structures": numbers_left(study, labels),
         "anchor": study.anchor,
         "xrays": entries,
         "options": study.options,
@@ -165,18 +173,39 @@ def write_study(study: StudyData, folder: Path) -> Path:
     return path
 
 
-def _numbers_left(study: StudyData, labels: np.ndarray, structure: str) -> list[int]:
-    """The labels of a structure's segments that have voxels; raises InputError when there is none."""
+def write_bones(study: StudyData, folder: Path, needed: float) -> np.ndarray:
+    """Write ct.nrrd and labels.nrrd into a folder and return the label map; sets study.labels, touches no node.
+
+    needed: bytes of all that will be written. Raises OSError when the disk is full or the folder cannot be written.
+    """
+    _require_space(folder, needed)
+    labels = study.labels = merged_labels(study)
+    _write_image(study.ct, folder / "ct.nrrd")
+    _write_image(Voxels(labels, study.ct.grid), folder / "labels.nrrd")
+    return labels
+
+
+def with_spacing(entry: dict[str, Any], spacing: tuple[float, float]) -> dict[str, Any]:
+    """An X-ray's entry with its image node's spacing (row, column) in mm, where nothing else gives it."""
+    if spacing == UNKNOWN_SPACING or {"pixel_spacing_mm", "intrinsics"} & entry.keys():
+        return entry
+    return {**entry, "pixel_spacing_mm": list(spacing)}
+
+
+def numbers_left(study: StudyData, labels: np.ndarray) -> dict[str, list[int]]:
+    """{structure: labels of its segments that have voxels}; raises InputError where a structure has none."""
     left = np.bincount(labels.ravel(), minlength=len(study.segment_ids) + 1)
-    numbers = [study.segment_ids.index(each) + 1 for each in study.structures[structure]]
-    numbers = [number for number in numbers if left[number]]
-    if not numbers:
-        raise InputError(
-            _(
-                "The structure '{structure}' has no voxels of its own inside the CT: leave it out, or correct its "
-                "segments."
-            ).format(structure=structure)
-        )
+    numbers = {}
+    for structure, segments in study.structures.items():
+        labelled = [study.segment_ids.index(each) + 1 for each in segments]
+        numbers[structure] = [number for number in labelled if left[number]]
+        if not numbers[structure]:
+            raise InputError(
+                _(
+                    "The structure '{structure}' has no voxels of its own inside the CT: leave it out, or correct its "
+                    "segments."
+                ).format(structure=structure)
+            )
     return numbers
 
 
@@ -215,15 +244,14 @@ def merged_labels(study: StudyData) -> np.ndarray:
     return out
 
 
-def _require_space(study: StudyData, folder: Path) -> None:
-    """Refuse a full disk before anything is written: the study, and a result of about twice its size."""
-    needed = 3 * study.ct.values.nbytes + 2 * study.ct.values.size
+def _require_space(folder: Path, needed: float) -> None:
+    """Refuse a full disk before anything is written; needed: bytes of the inputs and of what will be made of them."""
     free = shutil.disk_usage(folder).free
     if free < needed:
         raise OSError(
             errno.ENOSPC,
             _(
-                "The registration needs about {needed:.1f} GB in {folder}, where {free:.1f} GB are free: free some "
+                "PolyPose needs about {needed:.1f} GB in {folder}, where {free:.1f} GB are free: free some "
                 "space, or set another temporary folder in Slicer's settings."
             ).format(needed=needed / 1e9, folder=folder, free=free / 1e9),
         )
@@ -243,7 +271,8 @@ def _write_image(voxels: Voxels, path: Path) -> None:
     _write(image, path, values.nbytes)
 
 
-def _write_pixels(pixels: np.ndarray, spacing: tuple[float, float], path: Path) -> None:
+def write_pixels(pixels: np.ndarray, spacing: tuple[float, float], path: Path) -> None:
+    """Write one image (H, W) or (H, W, channels) as it is, uncompressed; raises OSError when the disk is full."""
     import SimpleITK as sitk
 
     image = sitk.GetImageFromArray(pixels, isVector=pixels.ndim == 3)

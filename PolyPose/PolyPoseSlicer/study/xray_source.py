@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +100,11 @@ class XraySource:
         node = "" if self.image is None else self.image.GetID() or ""
         return f"{node}|{self.path}|{'' if self.frame is None else self.frame}"
 
+    @property
+    def series(self) -> str:
+        """The same whichever of its images is chosen: its node's ID and its file."""
+        return self.identity.rpartition("|")[0]
+
     def file(self) -> tuple[str, int | None]:
         """The file that holds the X-ray as it was acquired, and the frame in it; ("", None) when there is none.
 
@@ -108,24 +113,35 @@ class XraySource:
         if self.path:
             return self.path, self.frame
         node = self._image_node()
+        alone = False
         if node.IsA("vtkMRMLSequenceNode") and not node.GetAttribute("DICOM.instanceUIDs"):
-            node = _frame_node(node, self.frame)
+            sequence, node = node, _frame_node(node, self.frame)
+            alone = _has_file_of_its_own(sequence, node)
         uids = (node.GetAttribute("DICOM.instanceUIDs") or "").split()
         database = getattr(slicer, "dicomDatabase", None)
         if not uids or database is None or not database.isOpen:
             return "", None
         if len(uids) == 1:
-            path, frame = database.fileForInstance(uids[0]), self.frame
+            path, frame = database.fileForInstance(uids[0]), None if alone else self.frame
         else:
             # One file per image: the sequence's frame is the file's place in the list.
             path, frame = database.fileForInstance(uids[min(self.frame or 0, len(uids) - 1)]), None
         return (path, frame) if path and Path(path).is_file() else ("", None)
+
+    def at(self, frame: int) -> XraySource:
+        """Another image of the same row."""
+        return replace(self, frame=frame)
 
     def pixels(self) -> tuple[np.ndarray, tuple[float, float]]:
         """Copy of the image node's values (H, W), row by row as stored, and its spacing (row, column) in mm.
 
         Raises InputError, as one sentence, when the node is no single image.
         """
+        values, spacing = self.pixels_view()
+        return np.array(values), spacing
+
+    def pixels_view(self) -> tuple[np.ndarray, tuple[float, float]]:
+        """The same without a copy: the node's own values."""
         given = node = self._image_node()
         if given.IsA("vtkMRMLSequenceNode"):
             node = _frame_node(given, self.frame)
@@ -146,7 +162,7 @@ class XraySource:
                     name=self.name, count=values.shape[0]
                 )
             )
-        return np.array(values[frame or 0]), (down, across)
+        return values[frame or 0], (down, across)
 
     def _image_node(self) -> slicer.vtkMRMLNode:
         if self.image is None:
@@ -214,6 +230,13 @@ def _frame_node(sequence: slicer.vtkMRMLSequenceNode, frame: int | None) -> slic
             _("The sequence '{name}' does not hold images: choose another.").format(name=sequence.GetName())
         )
     return node
+
+
+def _has_file_of_its_own(sequence: slicer.vtkMRMLSequenceNode, node: slicer.vtkMRMLNode) -> bool:
+    """Whether an image of a sequence comes from another DICOM file than the others: not from one of several frames."""
+    ends = (sequence.GetNthDataNode(0), sequence.GetNthDataNode(sequence.GetNumberOfDataNodes() - 1))
+    uids = node.GetAttribute("DICOM.instanceUIDs")
+    return any(each.GetAttribute("DICOM.instanceUIDs") != uids for each in ends)
 
 
 def fields_from_text(text: str) -> dict[str, Any]:

@@ -936,6 +936,158 @@
         <translation>Kameras und Knochen von ihrem jetzigen Ort aus erneut einpassen; „Rückgängig“ bringt dieses Ergebnis zurück.</translation>
     </message>
     <message>
+        <source>7. Motion</source>
+        <translation>7. Bewegung</translation>
+    </message>
+    <message>
+        <source>Frames per second:</source>
+        <translation>Bilder pro Sekunde:</translation>
+    </message>
+    <message>
+        <source>Of all cameras. Where it is left alone, it is what DICOM or the times of the images state.</source>
+        <translation>Aller Kameras. Bleibt das Feld unberührt, gilt, was DICOM oder die Zeiten der Bilder angeben.</translation>
+    </message>
+    <message>
+        <source>as the images state</source>
+        <translation>wie in den Bildern angegeben</translation>
+    </message>
+    <message>
+        <source>Frames:</source>
+        <translation>Zeitpunkte:</translation>
+    </message>
+    <message>
+        <source>The first frame that is tracked, counted from 0. Frame 0 is the first that all cameras have; the images that the X-rays show (Frame) belong together.</source>
+        <translation>Der erste Zeitpunkt, der verfolgt wird, von 0 an gezählt. Zeitpunkt 0 ist der erste, den alle Kameras haben; die Bilder, die die Röntgenbilder zeigen (Bild), gehören zusammen.</translation>
+    </message>
+    <message>
+        <source>to</source>
+        <translation>bis</translation>
+    </message>
+    <message>
+        <source>The last frame that is tracked.</source>
+        <translation>Der letzte Zeitpunkt, der verfolgt wird.</translation>
+    </message>
+    <message>
+        <source>Reference:</source>
+        <translation>Bezug:</translation>
+    </message>
+    <message>
+        <source>The structure relative to which the motion of the others is reported; it moves, too.</source>
+        <translation>Die Struktur, relativ zu der die Bewegung der anderen angegeben wird; auch sie bewegt sich.</translation>
+    </message>
+    <message>
+        <source>Start:</source>
+        <translation>Beginn:</translation>
+    </message>
+    <message>
+        <source>Where the bones are looked for in the first frame.</source>
+        <translation>Wo die Knochen zum ersten Zeitpunkt gesucht werden.</translation>
+    </message>
+    <message>
+        <source>Standing still:</source>
+        <translation>Stehen still:</translation>
+    </message>
+    <message>
+        <source>Structures that do not move during the sequence.</source>
+        <translation>Strukturen, die sich während der Sequenz nicht bewegen.</translation>
+    </message>
+    <message>
+        <source>Go back once more, and keep the better poses</source>
+        <translation>Noch einmal rückwärts, bessere Lagen behalten</translation>
+    </message>
+    <message>
+        <source>A second pass goes from the last frame to the first; it finds bones again that were lost behind others.</source>
+        <translation>Ein zweiter Durchgang läuft vom letzten zum ersten Zeitpunkt; er findet Knochen wieder, die hinter anderen verloren gingen.</translation>
+    </message>
+    <message>
+        <source>Smooth the poses</source>
+        <translation>Lagen glätten</translation>
+    </message>
+    <message>
+        <source>Smooth the poses with their own uncertainty. A smoothed track cannot be corrected afterwards.</source>
+        <translation>Die Lagen mit ihrer eigenen Unsicherheit glätten. Eine geglättete Verfolgung lässt sich danach nicht korrigieren.</translation>
+    </message>
+    <message>
+        <source>Track</source>
+        <translation>Verfolgen</translation>
+    </message>
+    <message>
+        <source>Go on</source>
+        <translation>Fortsetzen</translation>
+    </message>
+    <message>
+        <source>Go on with the frames that the interrupted tracking has left.</source>
+        <translation>Mit den Zeitpunkten fortfahren, die die unterbrochene Verfolgung hinterlassen hat.</translation>
+    </message>
+    <message>
+        <source>Tracked</source>
+        <translation>Verfolgt</translation>
+    </message>
+    <message>
+        <source>Previous doubtful</source>
+        <translation>Voriger unsicherer</translation>
+    </message>
+    <message>
+        <source>Go to the frame before this one whose poses are doubtful.</source>
+        <translation>Zum Zeitpunkt davor gehen, dessen Lagen unsicher sind.</translation>
+    </message>
+    <message>
+        <source>Next doubtful</source>
+        <translation>Nächster unsicherer</translation>
+    </message>
+    <message>
+        <source>Go to the frame after this one whose poses are doubtful.</source>
+        <translation>Zum Zeitpunkt danach gehen, dessen Lagen unsicher sind.</translation>
+    </message>
+    <message>
+        <source>The bone that is corrected.</source>
+        <translation>Der Knochen, der korrigiert wird.</translation>
+    </message>
+    <message>
+        <source>Correct</source>
+        <translation>Korrigieren</translation>
+    </message>
+    <message>
+        <source>Show handles on this bone: drag it until its outlines match the X-rays. It belongs to this frame, and is kept when you go to another one.</source>
+        <translation>Griffe an diesem Knochen zeigen: ziehen, bis seine Umrisse zu den Röntgenbildern passen. Die Korrektur gehört zu diesem Zeitpunkt und bleibt erhalten, wenn ein anderer gezeigt wird.</translation>
+    </message>
+    <message>
+        <source>Undo correction</source>
+        <translation>Rückgängig</translation>
+    </message>
+    <message>
+        <source>Put the bone back where the track has it in this frame.</source>
+        <translation>Den Knochen dorthin zurücksetzen, wo ihn die Verfolgung zu diesem Zeitpunkt hat.</translation>
+    </message>
+    <message>
+        <source>Which frames are tracked anew from the corrected one on.</source>
+        <translation>Welche Zeitpunkte vom korrigierten aus neu verfolgt werden.</translation>
+    </message>
+    <message>
+        <source>Track on from here</source>
+        <translation>Von hier aus weiter</translation>
+    </message>
+    <message>
+        <source>Track anew from the bones that were corrected in this frame; other frames are kept.</source>
+        <translation>Von den Knochen aus neu verfolgen, die zu diesem Zeitpunkt korrigiert wurden; andere Zeitpunkte bleiben.</translation>
+    </message>
+    <message>
+        <source>Show plots</source>
+        <translation>Diagramme zeigen</translation>
+    </message>
+    <message>
+        <source>Show the X-rays with outlines, the bones, and plots of their motion.</source>
+        <translation>Die Röntgenbilder mit Umrissen, die Knochen und Diagramme ihrer Bewegung zeigen.</translation>
+    </message>
+    <message>
+        <source>Save track...</source>
+        <translation>Verfolgung speichern...</translation>
+    </message>
+    <message>
+        <source>Write the track into a folder, as the command line does.</source>
+        <translation>Die Verfolgung in einen Ordner schreiben, wie es die Befehlszeile tut.</translation>
+    </message>
+    <message>
         <source>Register</source>
         <translation>Registrieren</translation>
     </message>
@@ -1630,6 +1782,18 @@
         <translation>Ergebnis wird gespeichert...</translation>
     </message>
     <message>
+        <source>Saving the track...</source>
+        <translation>Die Verfolgung wird gespeichert...</translation>
+    </message>
+    <message>
+        <source>Tracking: frame {frame} of {of}</source>
+        <translation>Verfolgung: Zeitpunkt {frame} von {of}</translation>
+    </message>
+    <message>
+        <source>Back: frame {frame} of {of}</source>
+        <translation>Rückweg: Zeitpunkt {frame} von {of}</translation>
+    </message>
+    <message>
         <source>Preparing the CT</source>
         <translation>CT wird vorbereitet</translation>
     </message>
@@ -1658,8 +1822,16 @@
         <translation>{stage}: {iteration} von {of}</translation>
     </message>
     <message>
+        <source>about {minutes:.0f} min left in this pass</source>
+        <translation>noch etwa {minutes:.0f} min in diesem Durchgang</translation>
+    </message>
+    <message>
         <source>, similarity {similarity:.4f}</source>
         <translation>, Ähnlichkeit {similarity:.4f}</translation>
+    </message>
+    <message>
+        <source>about {seconds:.0f} s left in this pass</source>
+        <translation>noch etwa {seconds:.0f} s in diesem Durchgang</translation>
     </message>
     <message>
         <source>Camera of {name}</source>
@@ -1711,6 +1883,167 @@
     <message>
         <source>Only the anchor, &apos;{anchor}&apos;, is included: the cameras will be found, and no bone moves.</source>
         <translation>Nur der Anker, „{anchor}“, ist einbezogen: Die Kameras werden gefunden, und kein Knochen bewegt sich.</translation>
+    </message>
+</context>
+<context>
+    <name>panel.track_review</name>
+    <message>
+        <source>forward and backward</source>
+        <translation>vorwärts und rückwärts</translation>
+    </message>
+    <message>
+        <source>forward</source>
+        <translation>vorwärts</translation>
+    </message>
+    <message>
+        <source>backward</source>
+        <translation>rückwärts</translation>
+    </message>
+    <message>
+        <source>Saving the track...</source>
+        <translation>Die Verfolgung wird gespeichert...</translation>
+    </message>
+    <message>
+        <source>Save the track into a folder</source>
+        <translation>Verfolgung in einem Ordner speichern</translation>
+    </message>
+    <message>
+        <source>A smoothed track cannot be continued: track without smoothing first.</source>
+        <translation>Eine geglättete Verfolgung lässt sich nicht fortsetzen: zuerst ohne Glättung verfolgen.</translation>
+    </message>
+    <message>
+        <source>{count} doubtful frames in this direction.</source>
+        <translation>{count} unsichere Zeitpunkte in dieser Richtung.</translation>
+    </message>
+    <message>
+        <source>The scene has the poses alone: tables and plots of joints are left out.</source>
+        <translation>Die Szene enthält nur die Lagen: Tabellen und Diagramme der Gelenke fehlen.</translation>
+    </message>
+    <message>
+        <source>Corrections are not in it before you track on from them.</source>
+        <translation>Korrekturen sind erst darin, wenn von ihnen aus weiter verfolgt wurde.</translation>
+    </message>
+    <message>
+        <source>Track anew from the bones of this frame, as you have corrected them; other frames are kept.</source>
+        <translation>Von den Knochen dieses Zeitpunkts aus neu verfolgen, wie sie korrigiert wurden; andere Zeitpunkte bleiben.</translation>
+    </message>
+    <message>
+        <source>The track could not be written: {reason}</source>
+        <translation>Die Verfolgung konnte nicht geschrieben werden: {reason}</translation>
+    </message>
+    <message>
+        <source>Written to {folder}.</source>
+        <translation>Nach {folder} geschrieben.</translation>
+    </message>
+</context>
+<context>
+    <name>panel.track_words</name>
+    <message>
+        <source>Look at the outlines on the X-rays all the same.</source>
+        <translation>Trotzdem die Umrisse auf den Röntgenbildern ansehen.</translation>
+    </message>
+    <message>
+        <source>What to do: correct a doubtful frame and track on from there, or give better cameras.</source>
+        <translation>Was zu tun ist: einen unsicheren Zeitpunkt korrigieren und von dort aus weiter verfolgen, oder bessere Kameras angeben.</translation>
+    </message>
+    <message>
+        <source>The checks found no sign of failure</source>
+        <translation>Die Prüfungen fanden kein Anzeichen eines Fehlschlags</translation>
+    </message>
+    <message>
+        <source>{frames} frames are tracked, in {seconds:.0f} s.</source>
+        <translation>{frames} Zeitpunkte wurden in {seconds:.0f} s verfolgt.</translation>
+    </message>
+    <message>
+        <source>DO NOT TRUST THIS TRACK</source>
+        <translation>DIESER VERFOLGUNG NICHT TRAUEN</translation>
+    </message>
+    <message>
+        <source>Check the doubtful frames before you use the track</source>
+        <translation>Vor der Verwendung die unsicheren Zeitpunkte prüfen</translation>
+    </message>
+    <message>
+        <source>{name}: {count} images; frame 0 is image {first}.</source>
+        <translation>{name}: {count} Bilder; zu Zeitpunkt 0 gehört Bild {first}.</translation>
+    </message>
+    <message>
+        <source>{name}: {doubtful} doubtful frames, lost in {lost} of them.</source>
+        <translation>{name}: {doubtful} unsichere Zeitpunkte, davon {lost} verloren.</translation>
+    </message>
+    <message>
+        <source>Warning: {text}</source>
+        <translation>Warnung: {text}</translation>
+    </message>
+    <message>
+        <source>Frame {number}</source>
+        <translation>Zeitpunkt {number}</translation>
+    </message>
+    <message>
+        <source>Why: {why}</source>
+        <translation>Grund: {why}</translation>
+    </message>
+    <message>
+        <source>Corrected by hand: {names}.</source>
+        <translation>Von Hand korrigiert: {names}.</translation>
+    </message>
+    <message>
+        <source>{name} was lost.</source>
+        <translation>{name} ging verloren.</translation>
+    </message>
+    <message>
+        <source>{name} is doubtful: {why}.</source>
+        <translation>{name} ist unsicher: {why}.</translation>
+    </message>
+</context>
+<context>
+    <name>panel.tracking</name>
+    <message>
+        <source>Preparing the data...</source>
+        <translation>Daten werden vorbereitet...</translation>
+    </message>
+    <message>
+        <source>Track</source>
+        <translation>Verfolgen</translation>
+    </message>
+    <message>
+        <source>Reading the track...</source>
+        <translation>Die Verfolgung wird gelesen...</translation>
+    </message>
+    <message>
+        <source>Cancelling...</source>
+        <translation>Wird abgebrochen...</translation>
+    </message>
+    <message>
+        <source>Cancel</source>
+        <translation>Abbrechen</translation>
+    </message>
+    <message>
+        <source>Stop the tracking; frames that are done are kept.</source>
+        <translation>Die Verfolgung anhalten; fertige Zeitpunkte bleiben erhalten.</translation>
+    </message>
+    <message>
+        <source>Follow the bones through the sequences.</source>
+        <translation>Den Knochen durch die Sequenzen folgen.</translation>
+    </message>
+    <message>
+        <source>Cancelled.</source>
+        <translation>Abgebrochen.</translation>
+    </message>
+    <message>
+        <source>Cancelled; nothing was changed.</source>
+        <translation>Abgebrochen; nichts wurde geändert.</translation>
+    </message>
+    <message>
+        <source>Starting...</source>
+        <translation>Wird gestartet...</translation>
+    </message>
+    <message>
+        <source>{count} frames are kept: press Go on to continue after them, as long as the inputs stay as they are.</source>
+        <translation>{count} Zeitpunkte sind erhalten: mit Fortsetzen geht es danach weiter, solange die Eingaben gleich bleiben.</translation>
+    </message>
+    <message>
+        <source>Ready: {bones} structures, {cameras} cameras, frames {first} to {last}, {rate:.4g} a second.</source>
+        <translation>Bereit: {bones} Strukturen, {cameras} Kameras, Zeitpunkte {first} bis {last}, {rate:.4g} pro Sekunde.</translation>
     </message>
 </context>
 <context>
@@ -2044,6 +2377,13 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>An unexpected error occurred: {fault}.</source>
         <translation>Ein unerwarteter Fehler trat auf: {fault}.</translation>
+    </message>
+</context>
+<context>
+    <name>process.track_run</name>
+    <message>
+        <source>tracking</source>
+        <translation>Verfolgung</translation>
     </message>
 </context>
 <context>
@@ -2611,6 +2951,136 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     </message>
 </context>
 <context>
+    <name>study.track_plan</name>
+    <message>
+        <source>The camera of &apos;{name}&apos; is not known: register one frame of all sequences first, whose cameras are then kept, or state that the camera is known exactly.</source>
+        <translation>Die Kamera von &apos;{name}&apos; ist nicht bekannt: zuerst einen Zeitpunkt aller Sequenzen registrieren, dessen Kameras dann übernommen werden, oder angeben, dass die Kamera genau bekannt ist.</translation>
+    </message>
+    <message>
+        <source>The images do not state how many frames there are in a second: enter it.</source>
+        <translation>Die Bilder geben nicht an, wie viele auf eine Sekunde kommen: die Zahl eingeben.</translation>
+    </message>
+    <message>
+        <source>No frame is left: there are {count}, counted from 0. Check the first and the last frame.</source>
+        <translation>Kein Zeitpunkt ist übrig: es gibt {count}, von 0 an gezählt. Den ersten und den letzten prüfen.</translation>
+    </message>
+    <message>
+        <source>Choose the bones first</source>
+        <translation>Erst die Knochen wählen</translation>
+    </message>
+    <message>
+        <source>Two X-rays have the name &quot;{name}&quot;: give each camera its own.</source>
+        <translation>Zwei Röntgenbilder heißen &quot;{name}&quot;: jeder Kamera einen eigenen Namen geben.</translation>
+    </message>
+    <message>
+        <source>Find the cameras first</source>
+        <translation>Erst die Kameras finden</translation>
+    </message>
+    <message>
+        <source>Enter the frame rate</source>
+        <translation>Die Bildrate eingeben</translation>
+    </message>
+    <message>
+        <source>No frame is left that every camera has: check which image each X-ray shows (Frame).</source>
+        <translation>Kein Zeitpunkt ist übrig, den jede Kamera hat: prüfen, welches Bild jedes Röntgenbild zeigt (Bild).</translation>
+    </message>
+    <message>
+        <source>Check the frames</source>
+        <translation>Die Zeitpunkte prüfen</translation>
+    </message>
+    <message>
+        <source>Register one frame first</source>
+        <translation>Erst einen Zeitpunkt registrieren</translation>
+    </message>
+    <message>
+        <source>There is no result to start from: register one frame, or choose another start.</source>
+        <translation>Es gibt kein Ergebnis für den Beginn: einen Zeitpunkt registrieren oder einen anderen Beginn wählen.</translation>
+    </message>
+    <message>
+        <source>Choose the CT.</source>
+        <translation>Wählen Sie das CT.</translation>
+    </message>
+    <message>
+        <source>Choose the segmentation of the CT&apos;s bones.</source>
+        <translation>Wählen Sie die Segmentierung der Knochen des CT.</translation>
+    </message>
+    <message>
+        <source>Assign at least one segment to a structure, or have the structures proposed.</source>
+        <translation>Ordnen Sie mindestens ein Segment einer Struktur zu, oder lassen Sie die Strukturen vorschlagen.</translation>
+    </message>
+    <message>
+        <source>Choose the reference: the structure relative to which motions are reported.</source>
+        <translation>Den Bezug wählen: die Struktur, relativ zu der Bewegungen angegeben werden.</translation>
+    </message>
+    <message>
+        <source>Let a bone move</source>
+        <translation>Einen Knochen bewegen lassen</translation>
+    </message>
+    <message>
+        <source>Every structure stands still: uncheck those that move in the sequence.</source>
+        <translation>Alle Strukturen stehen still: die abwählen, die sich in der Sequenz bewegen.</translation>
+    </message>
+    <message>
+        <source>Add an X-ray sequence first</source>
+        <translation>Erst eine Sequenz hinzufügen</translation>
+    </message>
+    <message>
+        <source>None of the X-rays is a sequence: add one for each camera in the section X-rays.</source>
+        <translation>Keines der Röntgenbilder ist eine Sequenz: im Abschnitt Röntgenbilder für jede Kamera eine hinzufügen.</translation>
+    </message>
+    <message>
+        <source>The X-ray &apos;{name}&apos; is not ready: complete its geometry, or remove it.</source>
+        <translation>Das Röntgenbild „{name}“ ist nicht bereit: Vervollständigen Sie seine Geometrie, oder entfernen Sie es.</translation>
+    </message>
+    <message>
+        <source>Name the X-rays first</source>
+        <translation>Erst die Röntgenbilder benennen</translation>
+    </message>
+    <message>
+        <source>One camera shows next to nothing of motion along its rays: two are better.</source>
+        <translation>Eine Kamera zeigt so gut wie nichts von einer Bewegung längs ihrer Strahlen: zwei sind besser.</translation>
+    </message>
+    <message>
+        <source>Complete the X-rays first</source>
+        <translation>Erst die Röntgenbilder ergänzen</translation>
+    </message>
+    <message>
+        <source>The sequences state different numbers of frames per second ({rates}): enter the true one.</source>
+        <translation>Die Sequenzen geben verschiedene Zahlen von Bildern pro Sekunde an ({rates}): die richtige eingeben.</translation>
+    </message>
+    <message>
+        <source>{count} X-rays are single images and are not tracked.</source>
+        <translation>{count} Röntgenbilder sind einzelne Bilder und werden nicht verfolgt.</translation>
+    </message>
+    <message>
+        <source>The sequences have different numbers of images from frame 0 on ({each}): what one of them lacks is not tracked.</source>
+        <translation>Die Sequenzen haben ab Zeitpunkt 0 verschieden viele Bilder ({each}): was einer fehlt, wird nicht verfolgt.</translation>
+    </message>
+    <message>
+        <source>The images state {rate:.4g} frames per second, another number than was entered.</source>
+        <translation>Die Bilder geben {rate:.4g} pro Sekunde an, eine andere Zahl als eingegeben wurde.</translation>
+    </message>
+    <message>
+        <source>The result&apos;s poses are not of frame {frame}, which begins there nevertheless.</source>
+        <translation>Die Lagen des Ergebnisses sind nicht die von Zeitpunkt {frame}, der trotzdem dort beginnt.</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_request</name>
+    <message>
+        <source>where the CT has the bones</source>
+        <translation>wo das CT die Knochen hat</translation>
+    </message>
+    <message>
+        <source>registration of the first frame</source>
+        <translation>Registrierung des ersten Zeitpunkts</translation>
+    </message>
+    <message>
+        <source>poses of the present result</source>
+        <translation>Lagen des jetzigen Ergebnisses</translation>
+    </message>
+</context>
+<context>
     <name>study.track_scene</name>
     <message>
         <source>Track</source>
@@ -2646,6 +3116,13 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     </message>
 </context>
 <context>
+    <name>study.track_writer</name>
+    <message>
+        <source>The tracking was cancelled.</source>
+        <translation>Die Verfolgung wurde abgebrochen.</translation>
+    </message>
+</context>
+<context>
     <name>study.writer</name>
     <message>
         <source>The segmentation &apos;{segmentation}&apos; has {count} segments named &apos;{name}&apos;: give the ID of one.</source>
@@ -2676,12 +3153,12 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
         <translation>Der Anker „{anchor}“ ist keine der Strukturen: Wählen Sie eine von ihnen.</translation>
     </message>
     <message>
-        <source>The structure &apos;{structure}&apos; has no voxels of its own inside the CT: leave it out, or correct its segments.</source>
-        <translation>Die Struktur „{structure}“ hat innerhalb des CT keine eigenen Voxel: Lassen Sie sie weg, oder berichtigen Sie ihre Segmente.</translation>
+        <source>PolyPose needs about {needed:.1f} GB in {folder}, where {free:.1f} GB are free: free some space, or set another temporary folder in Slicer&apos;s settings.</source>
+        <translation>PolyPose braucht etwa {needed:.1f} GB in {folder}, wo {free:.1f} GB frei sind: Platz schaffen oder in den Einstellungen von Slicer einen anderen temporären Ordner wählen.</translation>
     </message>
     <message>
-        <source>The registration needs about {needed:.1f} GB in {folder}, where {free:.1f} GB are free: free some space, or set another temporary folder in Slicer&apos;s settings.</source>
-        <translation>Die Registrierung braucht etwa {needed:.1f} GB in {folder}, wo {free:.1f} GB frei sind: Schaffen Sie Platz, oder wählen Sie in den Einstellungen von Slicer einen anderen temporären Ordner.</translation>
+        <source>The structure &apos;{structure}&apos; has no voxels of its own inside the CT: leave it out, or correct its segments.</source>
+        <translation>Die Struktur „{structure}“ hat innerhalb des CT keine eigenen Voxel: Lassen Sie sie weg, oder berichtigen Sie ihre Segmente.</translation>
     </message>
     <message>
         <source>{file} could not be written completely into {folder}: free some space there, or set another temporary folder in Slicer&apos;s settings.</source>
@@ -2789,6 +3266,17 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>It cannot be read: {reason}.</source>
         <translation>Es kann nicht gelesen werden: {reason}.</translation>
+    </message>
+</context>
+<context>
+    <name>study.xray_series</name>
+    <message>
+        <source>The sequence &apos;{name}&apos; has {count} images, but its file has {in_file}: load it again from its file.</source>
+        <translation>Die Sequenz &apos;{name}&apos; hat {count} Bilder, ihre Datei aber {in_file}: sie aus ihrer Datei neu laden.</translation>
+    </message>
+    <message>
+        <source>Image {number} of the sequence &apos;{name}&apos; has another size, type or spacing than the first: choose a sequence of one camera.</source>
+        <translation>Bild {number} der Sequenz &apos;{name}&apos; hat eine andere Größe, einen anderen Typ oder Abstand als das erste: eine Sequenz einer einzigen Kamera wählen.</translation>
     </message>
 </context>
 <context>

@@ -936,6 +936,158 @@
         <translation>Ajustar de nuevo las cámaras y los huesos desde donde están ahora; «Deshacer» recupera este resultado.</translation>
     </message>
     <message>
+        <source>7. Motion</source>
+        <translation>7. Movimiento</translation>
+    </message>
+    <message>
+        <source>Frames per second:</source>
+        <translation>Imágenes por segundo:</translation>
+    </message>
+    <message>
+        <source>Of all cameras. Where it is left alone, it is what DICOM or the times of the images state.</source>
+        <translation>De todas las cámaras. Si no se toca, es lo que indican DICOM o los tiempos de las imágenes.</translation>
+    </message>
+    <message>
+        <source>as the images state</source>
+        <translation>como indican las imágenes</translation>
+    </message>
+    <message>
+        <source>Frames:</source>
+        <translation>Instantes:</translation>
+    </message>
+    <message>
+        <source>The first frame that is tracked, counted from 0. Frame 0 is the first that all cameras have; the images that the X-rays show (Frame) belong together.</source>
+        <translation>El primer instante que se sigue, contado desde 0. El instante 0 es el primero que tienen todas las cámaras; las imágenes que muestran las radiografías (Imagen) van juntas.</translation>
+    </message>
+    <message>
+        <source>to</source>
+        <translation>a</translation>
+    </message>
+    <message>
+        <source>The last frame that is tracked.</source>
+        <translation>El último instante que se sigue.</translation>
+    </message>
+    <message>
+        <source>Reference:</source>
+        <translation>Referencia:</translation>
+    </message>
+    <message>
+        <source>The structure relative to which the motion of the others is reported; it moves, too.</source>
+        <translation>La estructura respecto a la cual se indica el movimiento de las demás; también se mueve.</translation>
+    </message>
+    <message>
+        <source>Start:</source>
+        <translation>Inicio:</translation>
+    </message>
+    <message>
+        <source>Where the bones are looked for in the first frame.</source>
+        <translation>Dónde se buscan los huesos en el primer instante.</translation>
+    </message>
+    <message>
+        <source>Standing still:</source>
+        <translation>Inmóviles:</translation>
+    </message>
+    <message>
+        <source>Structures that do not move during the sequence.</source>
+        <translation>Estructuras que no se mueven durante la secuencia.</translation>
+    </message>
+    <message>
+        <source>Go back once more, and keep the better poses</source>
+        <translation>Volver atrás y conservar las mejores poses</translation>
+    </message>
+    <message>
+        <source>A second pass goes from the last frame to the first; it finds bones again that were lost behind others.</source>
+        <translation>Una segunda pasada va del último instante al primero; vuelve a encontrar huesos que se perdieron detrás de otros.</translation>
+    </message>
+    <message>
+        <source>Smooth the poses</source>
+        <translation>Suavizar las poses</translation>
+    </message>
+    <message>
+        <source>Smooth the poses with their own uncertainty. A smoothed track cannot be corrected afterwards.</source>
+        <translation>Suavizar las poses con su propia incertidumbre. Un seguimiento suavizado no se puede corregir después.</translation>
+    </message>
+    <message>
+        <source>Track</source>
+        <translation>Seguir</translation>
+    </message>
+    <message>
+        <source>Go on</source>
+        <translation>Continuar</translation>
+    </message>
+    <message>
+        <source>Go on with the frames that the interrupted tracking has left.</source>
+        <translation>Continuar con los instantes que dejó el seguimiento interrumpido.</translation>
+    </message>
+    <message>
+        <source>Tracked</source>
+        <translation>Seguimiento</translation>
+    </message>
+    <message>
+        <source>Previous doubtful</source>
+        <translation>Dudoso anterior</translation>
+    </message>
+    <message>
+        <source>Go to the frame before this one whose poses are doubtful.</source>
+        <translation>Ir al instante anterior cuyas poses son dudosas.</translation>
+    </message>
+    <message>
+        <source>Next doubtful</source>
+        <translation>Dudoso siguiente</translation>
+    </message>
+    <message>
+        <source>Go to the frame after this one whose poses are doubtful.</source>
+        <translation>Ir al instante siguiente cuyas poses son dudosas.</translation>
+    </message>
+    <message>
+        <source>The bone that is corrected.</source>
+        <translation>El hueso que se corrige.</translation>
+    </message>
+    <message>
+        <source>Correct</source>
+        <translation>Corregir</translation>
+    </message>
+    <message>
+        <source>Show handles on this bone: drag it until its outlines match the X-rays. It belongs to this frame, and is kept when you go to another one.</source>
+        <translation>Mostrar manejadores en este hueso: arrastrarlo hasta que sus contornos coincidan con las radiografías. La corrección pertenece a este instante y se conserva al pasar a otro.</translation>
+    </message>
+    <message>
+        <source>Undo correction</source>
+        <translation>Deshacer</translation>
+    </message>
+    <message>
+        <source>Put the bone back where the track has it in this frame.</source>
+        <translation>Devolver el hueso adonde lo tiene el seguimiento en este instante.</translation>
+    </message>
+    <message>
+        <source>Which frames are tracked anew from the corrected one on.</source>
+        <translation>Qué instantes se siguen de nuevo desde el corregido.</translation>
+    </message>
+    <message>
+        <source>Track on from here</source>
+        <translation>Seguir desde aquí</translation>
+    </message>
+    <message>
+        <source>Track anew from the bones that were corrected in this frame; other frames are kept.</source>
+        <translation>Seguir de nuevo desde los huesos corregidos en este instante; los demás instantes se conservan.</translation>
+    </message>
+    <message>
+        <source>Show plots</source>
+        <translation>Mostrar gráficas</translation>
+    </message>
+    <message>
+        <source>Show the X-rays with outlines, the bones, and plots of their motion.</source>
+        <translation>Mostrar las radiografías con contornos, los huesos y las gráficas de su movimiento.</translation>
+    </message>
+    <message>
+        <source>Save track...</source>
+        <translation>Guardar seguimiento...</translation>
+    </message>
+    <message>
+        <source>Write the track into a folder, as the command line does.</source>
+        <translation>Escribir el seguimiento en una carpeta, como hace la línea de órdenes.</translation>
+    </message>
+    <message>
         <source>Register</source>
         <translation>Registrar</translation>
     </message>
@@ -1630,6 +1782,18 @@
         <translation>Guardando el resultado...</translation>
     </message>
     <message>
+        <source>Saving the track...</source>
+        <translation>Guardando el seguimiento...</translation>
+    </message>
+    <message>
+        <source>Tracking: frame {frame} of {of}</source>
+        <translation>Seguimiento: instante {frame} de {of}</translation>
+    </message>
+    <message>
+        <source>Back: frame {frame} of {of}</source>
+        <translation>Regreso: instante {frame} de {of}</translation>
+    </message>
+    <message>
         <source>Preparing the CT</source>
         <translation>Preparando la TC</translation>
     </message>
@@ -1658,8 +1822,16 @@
         <translation>{stage}: {iteration} de {of}</translation>
     </message>
     <message>
+        <source>about {minutes:.0f} min left in this pass</source>
+        <translation>quedan unos {minutes:.0f} min de esta pasada</translation>
+    </message>
+    <message>
         <source>, similarity {similarity:.4f}</source>
         <translation>, similitud {similarity:.4f}</translation>
+    </message>
+    <message>
+        <source>about {seconds:.0f} s left in this pass</source>
+        <translation>quedan unos {seconds:.0f} s de esta pasada</translation>
     </message>
     <message>
         <source>Camera of {name}</source>
@@ -1711,6 +1883,167 @@
     <message>
         <source>Only the anchor, &apos;{anchor}&apos;, is included: the cameras will be found, and no bone moves.</source>
         <translation>Solo está incluida el ancla, «{anchor}»: se buscarán las cámaras, y ningún hueso se moverá.</translation>
+    </message>
+</context>
+<context>
+    <name>panel.track_review</name>
+    <message>
+        <source>forward and backward</source>
+        <translation>adelante y atrás</translation>
+    </message>
+    <message>
+        <source>forward</source>
+        <translation>adelante</translation>
+    </message>
+    <message>
+        <source>backward</source>
+        <translation>atrás</translation>
+    </message>
+    <message>
+        <source>Saving the track...</source>
+        <translation>Guardando el seguimiento...</translation>
+    </message>
+    <message>
+        <source>Save the track into a folder</source>
+        <translation>Guardar el seguimiento en una carpeta</translation>
+    </message>
+    <message>
+        <source>A smoothed track cannot be continued: track without smoothing first.</source>
+        <translation>Un seguimiento suavizado no se puede continuar: siga primero sin suavizar.</translation>
+    </message>
+    <message>
+        <source>{count} doubtful frames in this direction.</source>
+        <translation>{count} instantes dudosos en esta dirección.</translation>
+    </message>
+    <message>
+        <source>The scene has the poses alone: tables and plots of joints are left out.</source>
+        <translation>La escena solo tiene las poses: faltan las tablas y gráficas de las articulaciones.</translation>
+    </message>
+    <message>
+        <source>Corrections are not in it before you track on from them.</source>
+        <translation>Las correcciones no están incluidas hasta que se siga desde ellas.</translation>
+    </message>
+    <message>
+        <source>Track anew from the bones of this frame, as you have corrected them; other frames are kept.</source>
+        <translation>Seguir de nuevo desde los huesos de este instante, tal como se corrigieron; los demás instantes se conservan.</translation>
+    </message>
+    <message>
+        <source>The track could not be written: {reason}</source>
+        <translation>No se pudo escribir el seguimiento: {reason}</translation>
+    </message>
+    <message>
+        <source>Written to {folder}.</source>
+        <translation>Escrito en {folder}.</translation>
+    </message>
+</context>
+<context>
+    <name>panel.track_words</name>
+    <message>
+        <source>Look at the outlines on the X-rays all the same.</source>
+        <translation>Mire de todos modos los contornos sobre las radiografías.</translation>
+    </message>
+    <message>
+        <source>What to do: correct a doubtful frame and track on from there, or give better cameras.</source>
+        <translation>Qué hacer: corregir un instante dudoso y seguir desde ahí, o dar mejores cámaras.</translation>
+    </message>
+    <message>
+        <source>The checks found no sign of failure</source>
+        <translation>Las comprobaciones no encontraron ningún indicio de fallo</translation>
+    </message>
+    <message>
+        <source>{frames} frames are tracked, in {seconds:.0f} s.</source>
+        <translation>{frames} instantes seguidos, en {seconds:.0f} s.</translation>
+    </message>
+    <message>
+        <source>DO NOT TRUST THIS TRACK</source>
+        <translation>NO CONFÍE EN ESTE SEGUIMIENTO</translation>
+    </message>
+    <message>
+        <source>Check the doubtful frames before you use the track</source>
+        <translation>Compruebe los instantes dudosos antes de usar el seguimiento</translation>
+    </message>
+    <message>
+        <source>{name}: {count} images; frame 0 is image {first}.</source>
+        <translation>{name}: {count} imágenes; al instante 0 corresponde la imagen {first}.</translation>
+    </message>
+    <message>
+        <source>{name}: {doubtful} doubtful frames, lost in {lost} of them.</source>
+        <translation>{name}: {doubtful} instantes dudosos, perdido en {lost} de ellos.</translation>
+    </message>
+    <message>
+        <source>Warning: {text}</source>
+        <translation>Advertencia: {text}</translation>
+    </message>
+    <message>
+        <source>Frame {number}</source>
+        <translation>Instante {number}</translation>
+    </message>
+    <message>
+        <source>Why: {why}</source>
+        <translation>Motivo: {why}</translation>
+    </message>
+    <message>
+        <source>Corrected by hand: {names}.</source>
+        <translation>Corregido a mano: {names}.</translation>
+    </message>
+    <message>
+        <source>{name} was lost.</source>
+        <translation>{name} se perdió.</translation>
+    </message>
+    <message>
+        <source>{name} is doubtful: {why}.</source>
+        <translation>{name} es dudoso: {why}.</translation>
+    </message>
+</context>
+<context>
+    <name>panel.tracking</name>
+    <message>
+        <source>Preparing the data...</source>
+        <translation>Preparando los datos...</translation>
+    </message>
+    <message>
+        <source>Track</source>
+        <translation>Seguir</translation>
+    </message>
+    <message>
+        <source>Reading the track...</source>
+        <translation>Leyendo el seguimiento...</translation>
+    </message>
+    <message>
+        <source>Cancelling...</source>
+        <translation>Cancelando...</translation>
+    </message>
+    <message>
+        <source>Cancel</source>
+        <translation>Cancelar</translation>
+    </message>
+    <message>
+        <source>Stop the tracking; frames that are done are kept.</source>
+        <translation>Detener el seguimiento; los instantes terminados se conservan.</translation>
+    </message>
+    <message>
+        <source>Follow the bones through the sequences.</source>
+        <translation>Seguir los huesos a través de las secuencias.</translation>
+    </message>
+    <message>
+        <source>Cancelled.</source>
+        <translation>Cancelado.</translation>
+    </message>
+    <message>
+        <source>Cancelled; nothing was changed.</source>
+        <translation>Cancelado; no se cambió nada.</translation>
+    </message>
+    <message>
+        <source>Starting...</source>
+        <translation>Iniciando...</translation>
+    </message>
+    <message>
+        <source>{count} frames are kept: press Go on to continue after them, as long as the inputs stay as they are.</source>
+        <translation>Se conservan {count} instantes: Continuar sigue después de ellos, mientras las entradas no cambien.</translation>
+    </message>
+    <message>
+        <source>Ready: {bones} structures, {cameras} cameras, frames {first} to {last}, {rate:.4g} a second.</source>
+        <translation>Listo: {bones} estructuras, {cameras} cámaras, instantes {first} a {last}, {rate:.4g} por segundo.</translation>
     </message>
 </context>
 <context>
@@ -2044,6 +2377,13 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>An unexpected error occurred: {fault}.</source>
         <translation>Se produjo un error inesperado: {fault}.</translation>
+    </message>
+</context>
+<context>
+    <name>process.track_run</name>
+    <message>
+        <source>tracking</source>
+        <translation>seguimiento</translation>
     </message>
 </context>
 <context>
@@ -2611,6 +2951,136 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     </message>
 </context>
 <context>
+    <name>study.track_plan</name>
+    <message>
+        <source>The camera of &apos;{name}&apos; is not known: register one frame of all sequences first, whose cameras are then kept, or state that the camera is known exactly.</source>
+        <translation>La cámara de &apos;{name}&apos; no se conoce: registre primero un instante de todas las secuencias, cuyas cámaras se conservan después, o indique que la cámara se conoce exactamente.</translation>
+    </message>
+    <message>
+        <source>The images do not state how many frames there are in a second: enter it.</source>
+        <translation>Las imágenes no indican cuántas hay por segundo: introdúzcalo.</translation>
+    </message>
+    <message>
+        <source>No frame is left: there are {count}, counted from 0. Check the first and the last frame.</source>
+        <translation>No queda ningún instante: hay {count}, contados desde 0. Compruebe el primero y el último.</translation>
+    </message>
+    <message>
+        <source>Choose the bones first</source>
+        <translation>Elija primero los huesos</translation>
+    </message>
+    <message>
+        <source>Two X-rays have the name &quot;{name}&quot;: give each camera its own.</source>
+        <translation>Dos radiografías se llaman &quot;{name}&quot;: dé a cada cámara un nombre propio.</translation>
+    </message>
+    <message>
+        <source>Find the cameras first</source>
+        <translation>Busque primero las cámaras</translation>
+    </message>
+    <message>
+        <source>Enter the frame rate</source>
+        <translation>Introduzca la cadencia</translation>
+    </message>
+    <message>
+        <source>No frame is left that every camera has: check which image each X-ray shows (Frame).</source>
+        <translation>No queda ningún instante que tengan todas las cámaras: compruebe qué imagen muestra cada radiografía (Imagen).</translation>
+    </message>
+    <message>
+        <source>Check the frames</source>
+        <translation>Compruebe los instantes</translation>
+    </message>
+    <message>
+        <source>Register one frame first</source>
+        <translation>Registre primero un instante</translation>
+    </message>
+    <message>
+        <source>There is no result to start from: register one frame, or choose another start.</source>
+        <translation>No hay resultado desde el que empezar: registre un instante o elija otro inicio.</translation>
+    </message>
+    <message>
+        <source>Choose the CT.</source>
+        <translation>Elija la TC.</translation>
+    </message>
+    <message>
+        <source>Choose the segmentation of the CT&apos;s bones.</source>
+        <translation>Elija la segmentación de los huesos de la TC.</translation>
+    </message>
+    <message>
+        <source>Assign at least one segment to a structure, or have the structures proposed.</source>
+        <translation>Asigne al menos un segmento a una estructura, o haga proponer las estructuras.</translation>
+    </message>
+    <message>
+        <source>Choose the reference: the structure relative to which motions are reported.</source>
+        <translation>Elija la referencia: la estructura respecto a la cual se indican los movimientos.</translation>
+    </message>
+    <message>
+        <source>Let a bone move</source>
+        <translation>Deje moverse un hueso</translation>
+    </message>
+    <message>
+        <source>Every structure stands still: uncheck those that move in the sequence.</source>
+        <translation>Todas las estructuras están inmóviles: desmarque las que se mueven en la secuencia.</translation>
+    </message>
+    <message>
+        <source>Add an X-ray sequence first</source>
+        <translation>Añada primero una secuencia</translation>
+    </message>
+    <message>
+        <source>None of the X-rays is a sequence: add one for each camera in the section X-rays.</source>
+        <translation>Ninguna de las radiografías es una secuencia: añada una por cámara en la sección Radiografías.</translation>
+    </message>
+    <message>
+        <source>The X-ray &apos;{name}&apos; is not ready: complete its geometry, or remove it.</source>
+        <translation>La radiografía «{name}» no está lista: complete su geometría, o quítela.</translation>
+    </message>
+    <message>
+        <source>Name the X-rays first</source>
+        <translation>Nombre primero las radiografías</translation>
+    </message>
+    <message>
+        <source>One camera shows next to nothing of motion along its rays: two are better.</source>
+        <translation>Una sola cámara apenas muestra el movimiento a lo largo de sus rayos: dos son mejor.</translation>
+    </message>
+    <message>
+        <source>Complete the X-rays first</source>
+        <translation>Complete las radiografías</translation>
+    </message>
+    <message>
+        <source>The sequences state different numbers of frames per second ({rates}): enter the true one.</source>
+        <translation>Las secuencias indican números distintos de imágenes por segundo ({rates}): introduzca el verdadero.</translation>
+    </message>
+    <message>
+        <source>{count} X-rays are single images and are not tracked.</source>
+        <translation>{count} radiografías son imágenes sueltas y no se siguen.</translation>
+    </message>
+    <message>
+        <source>The sequences have different numbers of images from frame 0 on ({each}): what one of them lacks is not tracked.</source>
+        <translation>Las secuencias tienen números distintos de imágenes desde el instante 0 ({each}): lo que falta en una no se sigue.</translation>
+    </message>
+    <message>
+        <source>The images state {rate:.4g} frames per second, another number than was entered.</source>
+        <translation>Las imágenes indican {rate:.4g} por segundo, otro número que el introducido.</translation>
+    </message>
+    <message>
+        <source>The result&apos;s poses are not of frame {frame}, which begins there nevertheless.</source>
+        <translation>Las poses del resultado no son las del instante {frame}, que empieza ahí de todos modos.</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_request</name>
+    <message>
+        <source>where the CT has the bones</source>
+        <translation>donde el CT tiene los huesos</translation>
+    </message>
+    <message>
+        <source>registration of the first frame</source>
+        <translation>registro del primer instante</translation>
+    </message>
+    <message>
+        <source>poses of the present result</source>
+        <translation>poses del resultado actual</translation>
+    </message>
+</context>
+<context>
     <name>study.track_scene</name>
     <message>
         <source>Track</source>
@@ -2646,6 +3116,13 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     </message>
 </context>
 <context>
+    <name>study.track_writer</name>
+    <message>
+        <source>The tracking was cancelled.</source>
+        <translation>Se canceló el seguimiento.</translation>
+    </message>
+</context>
+<context>
     <name>study.writer</name>
     <message>
         <source>The segmentation &apos;{segmentation}&apos; has {count} segments named &apos;{name}&apos;: give the ID of one.</source>
@@ -2676,12 +3153,12 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
         <translation>El ancla «{anchor}» no es una de las estructuras: elija una de ellas.</translation>
     </message>
     <message>
-        <source>The structure &apos;{structure}&apos; has no voxels of its own inside the CT: leave it out, or correct its segments.</source>
-        <translation>La estructura «{structure}» no tiene vóxeles propios dentro de la TC: omítala, o corrija sus segmentos.</translation>
+        <source>PolyPose needs about {needed:.1f} GB in {folder}, where {free:.1f} GB are free: free some space, or set another temporary folder in Slicer&apos;s settings.</source>
+        <translation>PolyPose necesita unos {needed:.1f} GB en {folder}, donde hay {free:.1f} GB libres: libere espacio o elija otra carpeta temporal en los ajustes de Slicer.</translation>
     </message>
     <message>
-        <source>The registration needs about {needed:.1f} GB in {folder}, where {free:.1f} GB are free: free some space, or set another temporary folder in Slicer&apos;s settings.</source>
-        <translation>El registro necesita unos {needed:.1f} GB en {folder}, donde hay {free:.1f} GB libres: libere espacio, o indique otra carpeta temporal en los ajustes de Slicer.</translation>
+        <source>The structure &apos;{structure}&apos; has no voxels of its own inside the CT: leave it out, or correct its segments.</source>
+        <translation>La estructura «{structure}» no tiene vóxeles propios dentro de la TC: omítala, o corrija sus segmentos.</translation>
     </message>
     <message>
         <source>{file} could not be written completely into {folder}: free some space there, or set another temporary folder in Slicer&apos;s settings.</source>
@@ -2789,6 +3266,17 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>It cannot be read: {reason}.</source>
         <translation>No se puede leer: {reason}.</translation>
+    </message>
+</context>
+<context>
+    <name>study.xray_series</name>
+    <message>
+        <source>The sequence &apos;{name}&apos; has {count} images, but its file has {in_file}: load it again from its file.</source>
+        <translation>La secuencia &apos;{name}&apos; tiene {count} imágenes, pero su archivo tiene {in_file}: cárguela de nuevo desde su archivo.</translation>
+    </message>
+    <message>
+        <source>Image {number} of the sequence &apos;{name}&apos; has another size, type or spacing than the first: choose a sequence of one camera.</source>
+        <translation>La imagen {number} de la secuencia &apos;{name}&apos; tiene otro tamaño, tipo o espaciado que la primera: elija una secuencia de una sola cámara.</translation>
     </message>
 </context>
 <context>

@@ -936,6 +936,158 @@
         <translation>Ajuster de nouveau les caméras et les os à partir de leur place actuelle&#xa0;; «&#xa0;Défaire&#xa0;» ramène ce résultat.</translation>
     </message>
     <message>
+        <source>7. Motion</source>
+        <translation>7. Mouvement</translation>
+    </message>
+    <message>
+        <source>Frames per second:</source>
+        <translation>Images par seconde :</translation>
+    </message>
+    <message>
+        <source>Of all cameras. Where it is left alone, it is what DICOM or the times of the images state.</source>
+        <translation>De toutes les caméras. Sans saisie, c&apos;est la valeur qu&apos;indiquent DICOM ou les temps des images.</translation>
+    </message>
+    <message>
+        <source>as the images state</source>
+        <translation>comme les images l&apos;indiquent</translation>
+    </message>
+    <message>
+        <source>Frames:</source>
+        <translation>Instants :</translation>
+    </message>
+    <message>
+        <source>The first frame that is tracked, counted from 0. Frame 0 is the first that all cameras have; the images that the X-rays show (Frame) belong together.</source>
+        <translation>Le premier instant suivi, compté à partir de 0. L&apos;instant 0 est le premier que toutes les caméras possèdent ; les images que montrent les radiographies (Image) vont ensemble.</translation>
+    </message>
+    <message>
+        <source>to</source>
+        <translation>à</translation>
+    </message>
+    <message>
+        <source>The last frame that is tracked.</source>
+        <translation>Le dernier instant suivi.</translation>
+    </message>
+    <message>
+        <source>Reference:</source>
+        <translation>Référence :</translation>
+    </message>
+    <message>
+        <source>The structure relative to which the motion of the others is reported; it moves, too.</source>
+        <translation>La structure par rapport à laquelle le mouvement des autres est donné ; elle bouge aussi.</translation>
+    </message>
+    <message>
+        <source>Start:</source>
+        <translation>Départ :</translation>
+    </message>
+    <message>
+        <source>Where the bones are looked for in the first frame.</source>
+        <translation>Où les os sont cherchés au premier instant.</translation>
+    </message>
+    <message>
+        <source>Standing still:</source>
+        <translation>Immobiles :</translation>
+    </message>
+    <message>
+        <source>Structures that do not move during the sequence.</source>
+        <translation>Structures qui ne bougent pas pendant la séquence.</translation>
+    </message>
+    <message>
+        <source>Go back once more, and keep the better poses</source>
+        <translation>Revenir en arrière et garder les meilleures poses</translation>
+    </message>
+    <message>
+        <source>A second pass goes from the last frame to the first; it finds bones again that were lost behind others.</source>
+        <translation>Un second passage va du dernier instant au premier ; il retrouve des os perdus derrière d&apos;autres.</translation>
+    </message>
+    <message>
+        <source>Smooth the poses</source>
+        <translation>Lisser les poses</translation>
+    </message>
+    <message>
+        <source>Smooth the poses with their own uncertainty. A smoothed track cannot be corrected afterwards.</source>
+        <translation>Lisser les poses avec leur propre incertitude. Un suivi lissé ne peut plus être corrigé ensuite.</translation>
+    </message>
+    <message>
+        <source>Track</source>
+        <translation>Suivre</translation>
+    </message>
+    <message>
+        <source>Go on</source>
+        <translation>Reprendre</translation>
+    </message>
+    <message>
+        <source>Go on with the frames that the interrupted tracking has left.</source>
+        <translation>Continuer avec les instants que le suivi interrompu a laissés.</translation>
+    </message>
+    <message>
+        <source>Tracked</source>
+        <translation>Suivi</translation>
+    </message>
+    <message>
+        <source>Previous doubtful</source>
+        <translation>Douteux précédent</translation>
+    </message>
+    <message>
+        <source>Go to the frame before this one whose poses are doubtful.</source>
+        <translation>Aller à l&apos;instant précédent dont les poses sont douteuses.</translation>
+    </message>
+    <message>
+        <source>Next doubtful</source>
+        <translation>Douteux suivant</translation>
+    </message>
+    <message>
+        <source>Go to the frame after this one whose poses are doubtful.</source>
+        <translation>Aller à l&apos;instant suivant dont les poses sont douteuses.</translation>
+    </message>
+    <message>
+        <source>The bone that is corrected.</source>
+        <translation>L&apos;os qui est corrigé.</translation>
+    </message>
+    <message>
+        <source>Correct</source>
+        <translation>Corriger</translation>
+    </message>
+    <message>
+        <source>Show handles on this bone: drag it until its outlines match the X-rays. It belongs to this frame, and is kept when you go to another one.</source>
+        <translation>Afficher des poignées sur cet os : le déplacer jusqu&apos;à ce que ses contours correspondent aux radiographies. La correction appartient à cet instant et reste quand on passe à un autre.</translation>
+    </message>
+    <message>
+        <source>Undo correction</source>
+        <translation>Annuler</translation>
+    </message>
+    <message>
+        <source>Put the bone back where the track has it in this frame.</source>
+        <translation>Remettre l&apos;os où le suivi le place à cet instant.</translation>
+    </message>
+    <message>
+        <source>Which frames are tracked anew from the corrected one on.</source>
+        <translation>Quels instants sont suivis à nouveau à partir de l&apos;instant corrigé.</translation>
+    </message>
+    <message>
+        <source>Track on from here</source>
+        <translation>Suivre à partir d&apos;ici</translation>
+    </message>
+    <message>
+        <source>Track anew from the bones that were corrected in this frame; other frames are kept.</source>
+        <translation>Suivre à nouveau à partir des os corrigés à cet instant ; les autres instants sont conservés.</translation>
+    </message>
+    <message>
+        <source>Show plots</source>
+        <translation>Afficher les courbes</translation>
+    </message>
+    <message>
+        <source>Show the X-rays with outlines, the bones, and plots of their motion.</source>
+        <translation>Afficher les radiographies avec les contours, les os et les courbes de leur mouvement.</translation>
+    </message>
+    <message>
+        <source>Save track...</source>
+        <translation>Enregistrer le suivi...</translation>
+    </message>
+    <message>
+        <source>Write the track into a folder, as the command line does.</source>
+        <translation>Écrire le suivi dans un dossier, comme le fait la ligne de commande.</translation>
+    </message>
+    <message>
         <source>Register</source>
         <translation>Recaler</translation>
     </message>
@@ -1630,6 +1782,18 @@
         <translation>Enregistrement du résultat...</translation>
     </message>
     <message>
+        <source>Saving the track...</source>
+        <translation>Enregistrement du suivi...</translation>
+    </message>
+    <message>
+        <source>Tracking: frame {frame} of {of}</source>
+        <translation>Suivi : instant {frame} sur {of}</translation>
+    </message>
+    <message>
+        <source>Back: frame {frame} of {of}</source>
+        <translation>Retour : instant {frame} sur {of}</translation>
+    </message>
+    <message>
         <source>Preparing the CT</source>
         <translation>Préparation du scanner</translation>
     </message>
@@ -1658,8 +1822,16 @@
         <translation>{stage}&#xa0;: {iteration} sur {of}</translation>
     </message>
     <message>
+        <source>about {minutes:.0f} min left in this pass</source>
+        <translation>encore environ {minutes:.0f} min dans ce passage</translation>
+    </message>
+    <message>
         <source>, similarity {similarity:.4f}</source>
         <translation>, similarité {similarity:.4f}</translation>
+    </message>
+    <message>
+        <source>about {seconds:.0f} s left in this pass</source>
+        <translation>encore environ {seconds:.0f} s dans ce passage</translation>
     </message>
     <message>
         <source>Camera of {name}</source>
@@ -1711,6 +1883,167 @@
     <message>
         <source>Only the anchor, &apos;{anchor}&apos;, is included: the cameras will be found, and no bone moves.</source>
         <translation>Seule l&apos;ancre, «&#xa0;{anchor}&#xa0;», est incluse&#xa0;: les caméras seront trouvées, et aucun os ne bougera.</translation>
+    </message>
+</context>
+<context>
+    <name>panel.track_review</name>
+    <message>
+        <source>forward and backward</source>
+        <translation>en avant et en arrière</translation>
+    </message>
+    <message>
+        <source>forward</source>
+        <translation>en avant</translation>
+    </message>
+    <message>
+        <source>backward</source>
+        <translation>en arrière</translation>
+    </message>
+    <message>
+        <source>Saving the track...</source>
+        <translation>Enregistrement du suivi...</translation>
+    </message>
+    <message>
+        <source>Save the track into a folder</source>
+        <translation>Enregistrer le suivi dans un dossier</translation>
+    </message>
+    <message>
+        <source>A smoothed track cannot be continued: track without smoothing first.</source>
+        <translation>Un suivi lissé ne peut pas être continué : suivre d&apos;abord sans lissage.</translation>
+    </message>
+    <message>
+        <source>{count} doubtful frames in this direction.</source>
+        <translation>{count} instants douteux dans cette direction.</translation>
+    </message>
+    <message>
+        <source>The scene has the poses alone: tables and plots of joints are left out.</source>
+        <translation>La scène ne contient que les poses : les tableaux et courbes des articulations manquent.</translation>
+    </message>
+    <message>
+        <source>Corrections are not in it before you track on from them.</source>
+        <translation>Les corrections n&apos;y sont qu&apos;après un nouveau suivi à partir d&apos;elles.</translation>
+    </message>
+    <message>
+        <source>Track anew from the bones of this frame, as you have corrected them; other frames are kept.</source>
+        <translation>Suivre à nouveau à partir des os de cet instant, tels que vous les avez corrigés ; les autres instants sont conservés.</translation>
+    </message>
+    <message>
+        <source>The track could not be written: {reason}</source>
+        <translation>Le suivi n&apos;a pas pu être écrit : {reason}</translation>
+    </message>
+    <message>
+        <source>Written to {folder}.</source>
+        <translation>Écrit dans {folder}.</translation>
+    </message>
+</context>
+<context>
+    <name>panel.track_words</name>
+    <message>
+        <source>Look at the outlines on the X-rays all the same.</source>
+        <translation>Regarder tout de même les contours sur les radiographies.</translation>
+    </message>
+    <message>
+        <source>What to do: correct a doubtful frame and track on from there, or give better cameras.</source>
+        <translation>Que faire : corriger un instant douteux et suivre à partir de là, ou donner de meilleures caméras.</translation>
+    </message>
+    <message>
+        <source>The checks found no sign of failure</source>
+        <translation>Les contrôles n&apos;ont trouvé aucun signe d&apos;échec</translation>
+    </message>
+    <message>
+        <source>{frames} frames are tracked, in {seconds:.0f} s.</source>
+        <translation>{frames} instants sont suivis, en {seconds:.0f} s.</translation>
+    </message>
+    <message>
+        <source>DO NOT TRUST THIS TRACK</source>
+        <translation>NE PAS SE FIER À CE SUIVI</translation>
+    </message>
+    <message>
+        <source>Check the doubtful frames before you use the track</source>
+        <translation>Vérifier les instants douteux avant d&apos;utiliser le suivi</translation>
+    </message>
+    <message>
+        <source>{name}: {count} images; frame 0 is image {first}.</source>
+        <translation>{name} : {count} images ; à l&apos;instant 0 correspond l&apos;image {first}.</translation>
+    </message>
+    <message>
+        <source>{name}: {doubtful} doubtful frames, lost in {lost} of them.</source>
+        <translation>{name} : {doubtful} instants douteux, dont {lost} où il est perdu.</translation>
+    </message>
+    <message>
+        <source>Warning: {text}</source>
+        <translation>Avertissement&#xa0;: {text}</translation>
+    </message>
+    <message>
+        <source>Frame {number}</source>
+        <translation>Instant {number}</translation>
+    </message>
+    <message>
+        <source>Why: {why}</source>
+        <translation>Raison&#xa0;: {why}</translation>
+    </message>
+    <message>
+        <source>Corrected by hand: {names}.</source>
+        <translation>Corrigé à la main : {names}.</translation>
+    </message>
+    <message>
+        <source>{name} was lost.</source>
+        <translation>{name} a été perdu.</translation>
+    </message>
+    <message>
+        <source>{name} is doubtful: {why}.</source>
+        <translation>{name} est douteux : {why}.</translation>
+    </message>
+</context>
+<context>
+    <name>panel.tracking</name>
+    <message>
+        <source>Preparing the data...</source>
+        <translation>Préparation des données...</translation>
+    </message>
+    <message>
+        <source>Track</source>
+        <translation>Suivre</translation>
+    </message>
+    <message>
+        <source>Reading the track...</source>
+        <translation>Lecture du suivi...</translation>
+    </message>
+    <message>
+        <source>Cancelling...</source>
+        <translation>Annulation...</translation>
+    </message>
+    <message>
+        <source>Cancel</source>
+        <translation>Annuler</translation>
+    </message>
+    <message>
+        <source>Stop the tracking; frames that are done are kept.</source>
+        <translation>Arrêter le suivi ; les instants terminés sont conservés.</translation>
+    </message>
+    <message>
+        <source>Follow the bones through the sequences.</source>
+        <translation>Suivre les os à travers les séquences.</translation>
+    </message>
+    <message>
+        <source>Cancelled.</source>
+        <translation>Annulé.</translation>
+    </message>
+    <message>
+        <source>Cancelled; nothing was changed.</source>
+        <translation>Annulé&#xa0;; rien n&apos;a été modifié.</translation>
+    </message>
+    <message>
+        <source>Starting...</source>
+        <translation>Démarrage...</translation>
+    </message>
+    <message>
+        <source>{count} frames are kept: press Go on to continue after them, as long as the inputs stay as they are.</source>
+        <translation>{count} instants sont conservés : Reprendre continue après eux, tant que les entrées restent les mêmes.</translation>
+    </message>
+    <message>
+        <source>Ready: {bones} structures, {cameras} cameras, frames {first} to {last}, {rate:.4g} a second.</source>
+        <translation>Prêt : {bones} structures, {cameras} caméras, instants {first} à {last}, {rate:.4g} par seconde.</translation>
     </message>
 </context>
 <context>
@@ -2044,6 +2377,13 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     <message>
         <source>An unexpected error occurred: {fault}.</source>
         <translation>Une erreur inattendue s&apos;est produite&#xa0;: {fault}.</translation>
+    </message>
+</context>
+<context>
+    <name>process.track_run</name>
+    <message>
+        <source>tracking</source>
+        <translation>suivi</translation>
     </message>
 </context>
 <context>
@@ -2611,6 +2951,136 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     </message>
 </context>
 <context>
+    <name>study.track_plan</name>
+    <message>
+        <source>The camera of &apos;{name}&apos; is not known: register one frame of all sequences first, whose cameras are then kept, or state that the camera is known exactly.</source>
+        <translation>La caméra de &apos;{name}&apos; n&apos;est pas connue : recaler d&apos;abord un instant de toutes les séquences, dont les caméras sont alors reprises, ou indiquer que la caméra est connue exactement.</translation>
+    </message>
+    <message>
+        <source>The images do not state how many frames there are in a second: enter it.</source>
+        <translation>Les images n&apos;indiquent pas combien il y en a par seconde : saisir ce nombre.</translation>
+    </message>
+    <message>
+        <source>No frame is left: there are {count}, counted from 0. Check the first and the last frame.</source>
+        <translation>Il ne reste aucun instant : il y en a {count}, comptés à partir de 0. Vérifier le premier et le dernier.</translation>
+    </message>
+    <message>
+        <source>Choose the bones first</source>
+        <translation>Choisir d&apos;abord les os</translation>
+    </message>
+    <message>
+        <source>Two X-rays have the name &quot;{name}&quot;: give each camera its own.</source>
+        <translation>Deux radiographies portent le nom &quot;{name}&quot; : donner à chaque caméra le sien.</translation>
+    </message>
+    <message>
+        <source>Find the cameras first</source>
+        <translation>Trouver d&apos;abord les caméras</translation>
+    </message>
+    <message>
+        <source>Enter the frame rate</source>
+        <translation>Saisir la cadence</translation>
+    </message>
+    <message>
+        <source>No frame is left that every camera has: check which image each X-ray shows (Frame).</source>
+        <translation>Il ne reste aucun instant que chaque caméra possède : vérifier quelle image montre chaque radiographie (Image).</translation>
+    </message>
+    <message>
+        <source>Check the frames</source>
+        <translation>Vérifier les instants</translation>
+    </message>
+    <message>
+        <source>Register one frame first</source>
+        <translation>Recaler d&apos;abord un instant</translation>
+    </message>
+    <message>
+        <source>There is no result to start from: register one frame, or choose another start.</source>
+        <translation>Il n&apos;y a pas de résultat de départ : recaler un instant, ou choisir un autre départ.</translation>
+    </message>
+    <message>
+        <source>Choose the CT.</source>
+        <translation>Choisissez le scanner.</translation>
+    </message>
+    <message>
+        <source>Choose the segmentation of the CT&apos;s bones.</source>
+        <translation>Choisissez la segmentation des os du scanner.</translation>
+    </message>
+    <message>
+        <source>Assign at least one segment to a structure, or have the structures proposed.</source>
+        <translation>Attribuez au moins un segment à une structure, ou faites proposer les structures.</translation>
+    </message>
+    <message>
+        <source>Choose the reference: the structure relative to which motions are reported.</source>
+        <translation>Choisir la référence : la structure par rapport à laquelle les mouvements sont donnés.</translation>
+    </message>
+    <message>
+        <source>Let a bone move</source>
+        <translation>Laisser bouger un os</translation>
+    </message>
+    <message>
+        <source>Every structure stands still: uncheck those that move in the sequence.</source>
+        <translation>Toutes les structures sont immobiles : décocher celles qui bougent dans la séquence.</translation>
+    </message>
+    <message>
+        <source>Add an X-ray sequence first</source>
+        <translation>Ajouter d&apos;abord une séquence</translation>
+    </message>
+    <message>
+        <source>None of the X-rays is a sequence: add one for each camera in the section X-rays.</source>
+        <translation>Aucune des radiographies n&apos;est une séquence : en ajouter une par caméra dans la section Radiographies.</translation>
+    </message>
+    <message>
+        <source>The X-ray &apos;{name}&apos; is not ready: complete its geometry, or remove it.</source>
+        <translation>La radiographie «&#xa0;{name}&#xa0;» n&apos;est pas prête&#xa0;: complétez sa géométrie, ou retirez-la.</translation>
+    </message>
+    <message>
+        <source>Name the X-rays first</source>
+        <translation>Nommer d&apos;abord les radiographies</translation>
+    </message>
+    <message>
+        <source>One camera shows next to nothing of motion along its rays: two are better.</source>
+        <translation>Une seule caméra ne montre presque rien du mouvement le long de ses rayons : deux valent mieux.</translation>
+    </message>
+    <message>
+        <source>Complete the X-rays first</source>
+        <translation>Compléter les radiographies</translation>
+    </message>
+    <message>
+        <source>The sequences state different numbers of frames per second ({rates}): enter the true one.</source>
+        <translation>Les séquences indiquent des nombres différents d&apos;images par seconde ({rates}) : saisir le bon.</translation>
+    </message>
+    <message>
+        <source>{count} X-rays are single images and are not tracked.</source>
+        <translation>{count} radiographies sont des images seules et ne sont pas suivies.</translation>
+    </message>
+    <message>
+        <source>The sequences have different numbers of images from frame 0 on ({each}): what one of them lacks is not tracked.</source>
+        <translation>Les séquences ont des nombres différents d&apos;images à partir de l&apos;instant 0 ({each}) : ce qui manque à l&apos;une n&apos;est pas suivi.</translation>
+    </message>
+    <message>
+        <source>The images state {rate:.4g} frames per second, another number than was entered.</source>
+        <translation>Les images indiquent {rate:.4g} images par seconde, un autre nombre que celui saisi.</translation>
+    </message>
+    <message>
+        <source>The result&apos;s poses are not of frame {frame}, which begins there nevertheless.</source>
+        <translation>Les poses du résultat ne sont pas celles de l&apos;instant {frame}, qui y commence néanmoins.</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_request</name>
+    <message>
+        <source>where the CT has the bones</source>
+        <translation>où le CT a les os</translation>
+    </message>
+    <message>
+        <source>registration of the first frame</source>
+        <translation>recalage du premier instant</translation>
+    </message>
+    <message>
+        <source>poses of the present result</source>
+        <translation>poses du résultat actuel</translation>
+    </message>
+</context>
+<context>
     <name>study.track_scene</name>
     <message>
         <source>Track</source>
@@ -2646,6 +3116,13 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     </message>
 </context>
 <context>
+    <name>study.track_writer</name>
+    <message>
+        <source>The tracking was cancelled.</source>
+        <translation>Le suivi a été annulé.</translation>
+    </message>
+</context>
+<context>
     <name>study.writer</name>
     <message>
         <source>The segmentation &apos;{segmentation}&apos; has {count} segments named &apos;{name}&apos;: give the ID of one.</source>
@@ -2676,12 +3153,12 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
         <translation>L&apos;ancre «&#xa0;{anchor}&#xa0;» n&apos;est pas l&apos;une des structures&#xa0;: choisissez l&apos;une d&apos;elles.</translation>
     </message>
     <message>
-        <source>The structure &apos;{structure}&apos; has no voxels of its own inside the CT: leave it out, or correct its segments.</source>
-        <translation>La structure «&#xa0;{structure}&#xa0;» n&apos;a aucun voxel propre dans le scanner&#xa0;: omettez-la, ou corrigez ses segments.</translation>
+        <source>PolyPose needs about {needed:.1f} GB in {folder}, where {free:.1f} GB are free: free some space, or set another temporary folder in Slicer&apos;s settings.</source>
+        <translation>PolyPose a besoin d&apos;environ {needed:.1f} Go dans {folder}, où {free:.1f} Go sont libres : libérer de l&apos;espace ou choisir un autre dossier temporaire dans les réglages de Slicer.</translation>
     </message>
     <message>
-        <source>The registration needs about {needed:.1f} GB in {folder}, where {free:.1f} GB are free: free some space, or set another temporary folder in Slicer&apos;s settings.</source>
-        <translation>Le recalage a besoin d&apos;environ {needed:.1f} Go dans {folder}, où {free:.1f} Go sont libres&#xa0;: libérez de l&apos;espace, ou choisissez un autre dossier temporaire dans les paramètres de Slicer.</translation>
+        <source>The structure &apos;{structure}&apos; has no voxels of its own inside the CT: leave it out, or correct its segments.</source>
+        <translation>La structure «&#xa0;{structure}&#xa0;» n&apos;a aucun voxel propre dans le scanner&#xa0;: omettez-la, ou corrigez ses segments.</translation>
     </message>
     <message>
         <source>{file} could not be written completely into {folder}: free some space there, or set another temporary folder in Slicer&apos;s settings.</source>
@@ -2789,6 +3266,17 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     <message>
         <source>It cannot be read: {reason}.</source>
         <translation>Lecture impossible&#xa0;: {reason}.</translation>
+    </message>
+</context>
+<context>
+    <name>study.xray_series</name>
+    <message>
+        <source>The sequence &apos;{name}&apos; has {count} images, but its file has {in_file}: load it again from its file.</source>
+        <translation>La séquence &apos;{name}&apos; a {count} images, mais son fichier en a {in_file} : la recharger depuis son fichier.</translation>
+    </message>
+    <message>
+        <source>Image {number} of the sequence &apos;{name}&apos; has another size, type or spacing than the first: choose a sequence of one camera.</source>
+        <translation>L&apos;image {number} de la séquence &apos;{name}&apos; a une autre taille, un autre type ou un autre pas que la première : choisir une séquence d&apos;une seule caméra.</translation>
     </message>
 </context>
 <context>

@@ -936,6 +936,158 @@
         <translation>現在の位置からカメラと骨を再度合わせます。「元に戻す」でこの結果に戻ります。</translation>
     </message>
     <message>
+        <source>7. Motion</source>
+        <translation>7. 動き</translation>
+    </message>
+    <message>
+        <source>Frames per second:</source>
+        <translation>毎秒のフレーム数:</translation>
+    </message>
+    <message>
+        <source>Of all cameras. Where it is left alone, it is what DICOM or the times of the images state.</source>
+        <translation>すべてのカメラに共通です。変更しなければ、DICOM または画像の時刻が示す値を使います。</translation>
+    </message>
+    <message>
+        <source>as the images state</source>
+        <translation>画像の記載どおり</translation>
+    </message>
+    <message>
+        <source>Frames:</source>
+        <translation>フレーム:</translation>
+    </message>
+    <message>
+        <source>The first frame that is tracked, counted from 0. Frame 0 is the first that all cameras have; the images that the X-rays show (Frame) belong together.</source>
+        <translation>追跡する最初のフレーム（0 から数えます）。フレーム 0 はすべてのカメラにある最初のフレームで、X線像に表示されている画像（フレーム）は同じ時刻のものとみなします。</translation>
+    </message>
+    <message>
+        <source>to</source>
+        <translation>～</translation>
+    </message>
+    <message>
+        <source>The last frame that is tracked.</source>
+        <translation>追跡する最後のフレーム。</translation>
+    </message>
+    <message>
+        <source>Reference:</source>
+        <translation>基準:</translation>
+    </message>
+    <message>
+        <source>The structure relative to which the motion of the others is reported; it moves, too.</source>
+        <translation>他の構造の動きを示す基準となる構造。これ自身も動きます。</translation>
+    </message>
+    <message>
+        <source>Start:</source>
+        <translation>開始:</translation>
+    </message>
+    <message>
+        <source>Where the bones are looked for in the first frame.</source>
+        <translation>最初のフレームで骨をどこから探すか。</translation>
+    </message>
+    <message>
+        <source>Standing still:</source>
+        <translation>静止:</translation>
+    </message>
+    <message>
+        <source>Structures that do not move during the sequence.</source>
+        <translation>シーケンスの間に動かない構造。</translation>
+    </message>
+    <message>
+        <source>Go back once more, and keep the better poses</source>
+        <translation>逆方向にもう一度たどり、良い方の姿勢を残す</translation>
+    </message>
+    <message>
+        <source>A second pass goes from the last frame to the first; it finds bones again that were lost behind others.</source>
+        <translation>2 回目は最後のフレームから最初へ戻り、他の骨に隠れて見失った骨を再び見つけます。</translation>
+    </message>
+    <message>
+        <source>Smooth the poses</source>
+        <translation>姿勢を平滑化</translation>
+    </message>
+    <message>
+        <source>Smooth the poses with their own uncertainty. A smoothed track cannot be corrected afterwards.</source>
+        <translation>姿勢をそれ自身の不確かさで平滑化します。平滑化した追跡は後から修正できません。</translation>
+    </message>
+    <message>
+        <source>Track</source>
+        <translation>追跡する</translation>
+    </message>
+    <message>
+        <source>Go on</source>
+        <translation>続行</translation>
+    </message>
+    <message>
+        <source>Go on with the frames that the interrupted tracking has left.</source>
+        <translation>中断した追跡が残したフレームの続きから再開します。</translation>
+    </message>
+    <message>
+        <source>Tracked</source>
+        <translation>追跡結果</translation>
+    </message>
+    <message>
+        <source>Previous doubtful</source>
+        <translation>前の疑わしいフレーム</translation>
+    </message>
+    <message>
+        <source>Go to the frame before this one whose poses are doubtful.</source>
+        <translation>このフレームより前の、姿勢が疑わしいフレームへ移動します。</translation>
+    </message>
+    <message>
+        <source>Next doubtful</source>
+        <translation>次の疑わしいフレーム</translation>
+    </message>
+    <message>
+        <source>Go to the frame after this one whose poses are doubtful.</source>
+        <translation>このフレームより後の、姿勢が疑わしいフレームへ移動します。</translation>
+    </message>
+    <message>
+        <source>The bone that is corrected.</source>
+        <translation>修正する骨。</translation>
+    </message>
+    <message>
+        <source>Correct</source>
+        <translation>修正</translation>
+    </message>
+    <message>
+        <source>Show handles on this bone: drag it until its outlines match the X-rays. It belongs to this frame, and is kept when you go to another one.</source>
+        <translation>この骨にハンドルを表示します。輪郭が X線像に合うまでドラッグしてください。修正はこのフレームのもので、他のフレームへ移動しても残ります。</translation>
+    </message>
+    <message>
+        <source>Undo correction</source>
+        <translation>修正を元に戻す</translation>
+    </message>
+    <message>
+        <source>Put the bone back where the track has it in this frame.</source>
+        <translation>このフレームで追跡が示す位置に骨を戻します。</translation>
+    </message>
+    <message>
+        <source>Which frames are tracked anew from the corrected one on.</source>
+        <translation>修正したフレームから、どのフレームを追跡し直すか。</translation>
+    </message>
+    <message>
+        <source>Track on from here</source>
+        <translation>ここから追跡</translation>
+    </message>
+    <message>
+        <source>Track anew from the bones that were corrected in this frame; other frames are kept.</source>
+        <translation>このフレームで修正した骨から追跡し直します。他のフレームはそのまま残ります。</translation>
+    </message>
+    <message>
+        <source>Show plots</source>
+        <translation>グラフを表示</translation>
+    </message>
+    <message>
+        <source>Show the X-rays with outlines, the bones, and plots of their motion.</source>
+        <translation>輪郭付きの X線像、骨、動きのグラフを表示します。</translation>
+    </message>
+    <message>
+        <source>Save track...</source>
+        <translation>追跡を保存...</translation>
+    </message>
+    <message>
+        <source>Write the track into a folder, as the command line does.</source>
+        <translation>コマンドラインと同じ形で追跡をフォルダーに書き込みます。</translation>
+    </message>
+    <message>
         <source>Register</source>
         <translation>位置合わせ</translation>
     </message>
@@ -1630,6 +1782,18 @@
         <translation>結果を保存しています...</translation>
     </message>
     <message>
+        <source>Saving the track...</source>
+        <translation>追跡を保存しています...</translation>
+    </message>
+    <message>
+        <source>Tracking: frame {frame} of {of}</source>
+        <translation>追跡: フレーム {frame} / {of}</translation>
+    </message>
+    <message>
+        <source>Back: frame {frame} of {of}</source>
+        <translation>逆方向: フレーム {frame} / {of}</translation>
+    </message>
+    <message>
         <source>Preparing the CT</source>
         <translation>CTを準備中</translation>
     </message>
@@ -1658,8 +1822,16 @@
         <translation>{stage}: {iteration} / {of}</translation>
     </message>
     <message>
+        <source>about {minutes:.0f} min left in this pass</source>
+        <translation>この回は残り約 {minutes:.0f} 分</translation>
+    </message>
+    <message>
         <source>, similarity {similarity:.4f}</source>
         <translation>、類似度 {similarity:.4f}</translation>
+    </message>
+    <message>
+        <source>about {seconds:.0f} s left in this pass</source>
+        <translation>この回は残り約 {seconds:.0f} 秒</translation>
     </message>
     <message>
         <source>Camera of {name}</source>
@@ -1711,6 +1883,167 @@
     <message>
         <source>Only the anchor, &apos;{anchor}&apos;, is included: the cameras will be found, and no bone moves.</source>
         <translation>アンカー「{anchor}」だけが含まれています。カメラは探索されますが、骨は動きません。</translation>
+    </message>
+</context>
+<context>
+    <name>panel.track_review</name>
+    <message>
+        <source>forward and backward</source>
+        <translation>前後両方向</translation>
+    </message>
+    <message>
+        <source>forward</source>
+        <translation>順方向</translation>
+    </message>
+    <message>
+        <source>backward</source>
+        <translation>逆方向</translation>
+    </message>
+    <message>
+        <source>Saving the track...</source>
+        <translation>追跡を保存しています...</translation>
+    </message>
+    <message>
+        <source>Save the track into a folder</source>
+        <translation>追跡をフォルダーに保存</translation>
+    </message>
+    <message>
+        <source>A smoothed track cannot be continued: track without smoothing first.</source>
+        <translation>平滑化した追跡は続行できません。まず平滑化せずに追跡してください。</translation>
+    </message>
+    <message>
+        <source>{count} doubtful frames in this direction.</source>
+        <translation>この方向に疑わしいフレームが {count} 個あります。</translation>
+    </message>
+    <message>
+        <source>The scene has the poses alone: tables and plots of joints are left out.</source>
+        <translation>シーンには姿勢だけがあります。関節の表とグラフは含まれません。</translation>
+    </message>
+    <message>
+        <source>Corrections are not in it before you track on from them.</source>
+        <translation>修正は、そこから追跡するまで含まれません。</translation>
+    </message>
+    <message>
+        <source>Track anew from the bones of this frame, as you have corrected them; other frames are kept.</source>
+        <translation>このフレームの骨（修正したとおり）から追跡し直します。他のフレームはそのまま残ります。</translation>
+    </message>
+    <message>
+        <source>The track could not be written: {reason}</source>
+        <translation>追跡を書き込めませんでした: {reason}</translation>
+    </message>
+    <message>
+        <source>Written to {folder}.</source>
+        <translation>{folder} に書き出しました。</translation>
+    </message>
+</context>
+<context>
+    <name>panel.track_words</name>
+    <message>
+        <source>Look at the outlines on the X-rays all the same.</source>
+        <translation>それでも X線像の輪郭を確認してください。</translation>
+    </message>
+    <message>
+        <source>What to do: correct a doubtful frame and track on from there, or give better cameras.</source>
+        <translation>対処: 疑わしいフレームを修正してそこから追跡するか、より良いカメラを与えてください。</translation>
+    </message>
+    <message>
+        <source>The checks found no sign of failure</source>
+        <translation>チェックでは失敗の兆候は見つかりませんでした</translation>
+    </message>
+    <message>
+        <source>{frames} frames are tracked, in {seconds:.0f} s.</source>
+        <translation>{frames} フレームを {seconds:.0f} 秒で追跡しました。</translation>
+    </message>
+    <message>
+        <source>DO NOT TRUST THIS TRACK</source>
+        <translation>この追跡を信用しないでください</translation>
+    </message>
+    <message>
+        <source>Check the doubtful frames before you use the track</source>
+        <translation>追跡を使う前に疑わしいフレームを確認してください</translation>
+    </message>
+    <message>
+        <source>{name}: {count} images; frame 0 is image {first}.</source>
+        <translation>{name}: 画像 {count} 枚。フレーム 0 は画像 {first} です。</translation>
+    </message>
+    <message>
+        <source>{name}: {doubtful} doubtful frames, lost in {lost} of them.</source>
+        <translation>{name}: 疑わしいフレーム {doubtful} 個、うち見失ったもの {lost} 個。</translation>
+    </message>
+    <message>
+        <source>Warning: {text}</source>
+        <translation>警告: {text}</translation>
+    </message>
+    <message>
+        <source>Frame {number}</source>
+        <translation>フレーム {number}</translation>
+    </message>
+    <message>
+        <source>Why: {why}</source>
+        <translation>理由: {why}</translation>
+    </message>
+    <message>
+        <source>Corrected by hand: {names}.</source>
+        <translation>手で修正: {names}。</translation>
+    </message>
+    <message>
+        <source>{name} was lost.</source>
+        <translation>{name} を見失いました。</translation>
+    </message>
+    <message>
+        <source>{name} is doubtful: {why}.</source>
+        <translation>{name} は疑わしい: {why}。</translation>
+    </message>
+</context>
+<context>
+    <name>panel.tracking</name>
+    <message>
+        <source>Preparing the data...</source>
+        <translation>データを準備しています...</translation>
+    </message>
+    <message>
+        <source>Track</source>
+        <translation>追跡する</translation>
+    </message>
+    <message>
+        <source>Reading the track...</source>
+        <translation>追跡を読み込んでいます...</translation>
+    </message>
+    <message>
+        <source>Cancelling...</source>
+        <translation>キャンセル中...</translation>
+    </message>
+    <message>
+        <source>Cancel</source>
+        <translation>キャンセル</translation>
+    </message>
+    <message>
+        <source>Stop the tracking; frames that are done are kept.</source>
+        <translation>追跡を止めます。終わったフレームは残ります。</translation>
+    </message>
+    <message>
+        <source>Follow the bones through the sequences.</source>
+        <translation>シーケンスを通して骨を追跡します。</translation>
+    </message>
+    <message>
+        <source>Cancelled.</source>
+        <translation>キャンセルしました。</translation>
+    </message>
+    <message>
+        <source>Cancelled; nothing was changed.</source>
+        <translation>キャンセルしました。何も変更されていません。</translation>
+    </message>
+    <message>
+        <source>Starting...</source>
+        <translation>開始しています...</translation>
+    </message>
+    <message>
+        <source>{count} frames are kept: press Go on to continue after them, as long as the inputs stay as they are.</source>
+        <translation>{count} フレームが残っています。入力が変わらない限り、「続行」でその続きから再開できます。</translation>
+    </message>
+    <message>
+        <source>Ready: {bones} structures, {cameras} cameras, frames {first} to {last}, {rate:.4g} a second.</source>
+        <translation>準備完了: 構造 {bones} 個、カメラ {cameras} 台、フレーム {first} ～ {last}、毎秒 {rate:.4g}。</translation>
     </message>
 </context>
 <context>
@@ -2044,6 +2377,13 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>An unexpected error occurred: {fault}.</source>
         <translation>予期しないエラーが発生しました: {fault}。</translation>
+    </message>
+</context>
+<context>
+    <name>process.track_run</name>
+    <message>
+        <source>tracking</source>
+        <translation>追跡</translation>
     </message>
 </context>
 <context>
@@ -2611,6 +2951,136 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     </message>
 </context>
 <context>
+    <name>study.track_plan</name>
+    <message>
+        <source>The camera of &apos;{name}&apos; is not known: register one frame of all sequences first, whose cameras are then kept, or state that the camera is known exactly.</source>
+        <translation>&apos;{name}&apos; のカメラが分かりません。まず全シーケンスの 1 フレームを位置合わせしてください（そのカメラを引き継ぎます）。または、カメラが正確に分かっていることを指定してください。</translation>
+    </message>
+    <message>
+        <source>The images do not state how many frames there are in a second: enter it.</source>
+        <translation>画像に毎秒のフレーム数がありません。入力してください。</translation>
+    </message>
+    <message>
+        <source>No frame is left: there are {count}, counted from 0. Check the first and the last frame.</source>
+        <translation>フレームが残っていません。全部で {count} 個です（0 から数えます）。最初と最後のフレームを確認してください。</translation>
+    </message>
+    <message>
+        <source>Choose the bones first</source>
+        <translation>まず骨を選択</translation>
+    </message>
+    <message>
+        <source>Two X-rays have the name &quot;{name}&quot;: give each camera its own.</source>
+        <translation>2 つの X線像の名前が &quot;{name}&quot; です。カメラごとに別の名前を付けてください。</translation>
+    </message>
+    <message>
+        <source>Find the cameras first</source>
+        <translation>まずカメラを決定</translation>
+    </message>
+    <message>
+        <source>Enter the frame rate</source>
+        <translation>フレームレートを入力</translation>
+    </message>
+    <message>
+        <source>No frame is left that every camera has: check which image each X-ray shows (Frame).</source>
+        <translation>すべてのカメラにあるフレームが残っていません。各 X線像に表示されている画像（フレーム）を確認してください。</translation>
+    </message>
+    <message>
+        <source>Check the frames</source>
+        <translation>フレームを確認</translation>
+    </message>
+    <message>
+        <source>Register one frame first</source>
+        <translation>まず 1 フレームを位置合わせ</translation>
+    </message>
+    <message>
+        <source>There is no result to start from: register one frame, or choose another start.</source>
+        <translation>開始に使う結果がありません。1 フレームを位置合わせするか、別の開始方法を選んでください。</translation>
+    </message>
+    <message>
+        <source>Choose the CT.</source>
+        <translation>CTを選択してください。</translation>
+    </message>
+    <message>
+        <source>Choose the segmentation of the CT&apos;s bones.</source>
+        <translation>CTの骨のセグメンテーションを選択してください。</translation>
+    </message>
+    <message>
+        <source>Assign at least one segment to a structure, or have the structures proposed.</source>
+        <translation>少なくとも1つのセグメントを構造に割り当てるか、構造を提案させてください。</translation>
+    </message>
+    <message>
+        <source>Choose the reference: the structure relative to which motions are reported.</source>
+        <translation>基準（動きを示す基準となる構造）を選択してください。</translation>
+    </message>
+    <message>
+        <source>Let a bone move</source>
+        <translation>動く骨を 1 つ以上に</translation>
+    </message>
+    <message>
+        <source>Every structure stands still: uncheck those that move in the sequence.</source>
+        <translation>すべての構造が静止しています。シーケンス中に動くもののチェックを外してください。</translation>
+    </message>
+    <message>
+        <source>Add an X-ray sequence first</source>
+        <translation>まずシーケンスを追加</translation>
+    </message>
+    <message>
+        <source>None of the X-rays is a sequence: add one for each camera in the section X-rays.</source>
+        <translation>X線像の中にシーケンスがありません。「X線像」のセクションでカメラごとに 1 つ追加してください。</translation>
+    </message>
+    <message>
+        <source>The X-ray &apos;{name}&apos; is not ready: complete its geometry, or remove it.</source>
+        <translation>X線画像「{name}」は準備ができていません。ジオメトリを入力するか、削除してください。</translation>
+    </message>
+    <message>
+        <source>Name the X-rays first</source>
+        <translation>まず X線像に名前を付ける</translation>
+    </message>
+    <message>
+        <source>One camera shows next to nothing of motion along its rays: two are better.</source>
+        <translation>1 台のカメラでは、線束に沿った動きはほとんど分かりません。2 台の方が良いです。</translation>
+    </message>
+    <message>
+        <source>Complete the X-rays first</source>
+        <translation>まず X線像を完成</translation>
+    </message>
+    <message>
+        <source>The sequences state different numbers of frames per second ({rates}): enter the true one.</source>
+        <translation>シーケンスが示す毎秒のフレーム数が異なります（{rates}）。正しい値を入力してください。</translation>
+    </message>
+    <message>
+        <source>{count} X-rays are single images and are not tracked.</source>
+        <translation>{count} 枚の X線像は単独の画像なので追跡しません。</translation>
+    </message>
+    <message>
+        <source>The sequences have different numbers of images from frame 0 on ({each}): what one of them lacks is not tracked.</source>
+        <translation>フレーム 0 以降の画像数がシーケンスごとに異なります（{each}）。どれかに欠けているものは追跡しません。</translation>
+    </message>
+    <message>
+        <source>The images state {rate:.4g} frames per second, another number than was entered.</source>
+        <translation>画像は毎秒 {rate:.4g} フレームを示しており、入力された値と異なります。</translation>
+    </message>
+    <message>
+        <source>The result&apos;s poses are not of frame {frame}, which begins there nevertheless.</source>
+        <translation>結果の姿勢はフレーム {frame} のものではありませんが、そこから開始します。</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_request</name>
+    <message>
+        <source>where the CT has the bones</source>
+        <translation>CT の骨の位置</translation>
+    </message>
+    <message>
+        <source>registration of the first frame</source>
+        <translation>最初のフレームの位置合わせ</translation>
+    </message>
+    <message>
+        <source>poses of the present result</source>
+        <translation>現在の結果の姿勢</translation>
+    </message>
+</context>
+<context>
     <name>study.track_scene</name>
     <message>
         <source>Track</source>
@@ -2646,6 +3116,13 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     </message>
 </context>
 <context>
+    <name>study.track_writer</name>
+    <message>
+        <source>The tracking was cancelled.</source>
+        <translation>追跡はキャンセルされました。</translation>
+    </message>
+</context>
+<context>
     <name>study.writer</name>
     <message>
         <source>The segmentation &apos;{segmentation}&apos; has {count} segments named &apos;{name}&apos;: give the ID of one.</source>
@@ -2676,12 +3153,12 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
         <translation>アンカー「{anchor}」は構造に含まれていません。構造から選択してください。</translation>
     </message>
     <message>
-        <source>The structure &apos;{structure}&apos; has no voxels of its own inside the CT: leave it out, or correct its segments.</source>
-        <translation>構造「{structure}」にはCT内に固有のボクセルがありません。除外するか、セグメントを修正してください。</translation>
+        <source>PolyPose needs about {needed:.1f} GB in {folder}, where {free:.1f} GB are free: free some space, or set another temporary folder in Slicer&apos;s settings.</source>
+        <translation>PolyPose は {folder} に約 {needed:.1f} GB を必要としますが、空きは {free:.1f} GB です。空きを増やすか、Slicer の設定で別の一時フォルダーを選んでください。</translation>
     </message>
     <message>
-        <source>The registration needs about {needed:.1f} GB in {folder}, where {free:.1f} GB are free: free some space, or set another temporary folder in Slicer&apos;s settings.</source>
-        <translation>位置合わせには {folder} に約 {needed:.1f} GB 必要ですが、空きは {free:.1f} GB です。空き容量を増やすか、Slicerの設定で別の一時フォルダーを指定してください。</translation>
+        <source>The structure &apos;{structure}&apos; has no voxels of its own inside the CT: leave it out, or correct its segments.</source>
+        <translation>構造「{structure}」にはCT内に固有のボクセルがありません。除外するか、セグメントを修正してください。</translation>
     </message>
     <message>
         <source>{file} could not be written completely into {folder}: free some space there, or set another temporary folder in Slicer&apos;s settings.</source>
@@ -2789,6 +3266,17 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>It cannot be read: {reason}.</source>
         <translation>読み込めません: {reason}。</translation>
+    </message>
+</context>
+<context>
+    <name>study.xray_series</name>
+    <message>
+        <source>The sequence &apos;{name}&apos; has {count} images, but its file has {in_file}: load it again from its file.</source>
+        <translation>シーケンス &apos;{name}&apos; には画像が {count} 枚ありますが、そのファイルには {in_file} 枚あります。ファイルから読み込み直してください。</translation>
+    </message>
+    <message>
+        <source>Image {number} of the sequence &apos;{name}&apos; has another size, type or spacing than the first: choose a sequence of one camera.</source>
+        <translation>シーケンス &apos;{name}&apos; の画像 {number} は、最初の画像と大きさ、型または間隔が異なります。1 台のカメラのシーケンスを選んでください。</translation>
     </message>
 </context>
 <context>

@@ -110,11 +110,11 @@ def read_camera(
         )
     images = CameraImages(run, given, decision, places, placed.mirrored, path.name)
     view = TrackView(name, placed.camera, images, first)
-    rate = _stated_rate(run.tags())
+    rate = stated_rate(run.tags())
     return ReadCamera(view, tuple(notes.provenance), (*run.warnings, *notes.warnings), rate)
 
 
-def _stated_rate(tags: XrayTags | None) -> float | None:
+def stated_rate(tags: XrayTags | None) -> float | None:
     """Frames per second by Frame Time (0018,1063) in ms, or Cine Rate (0018,0040); None where no tag says so."""
     if tags is None:
         return None

@@ -67,8 +67,13 @@ class Checkpoint:
         require_sound(
             frame, len(self._names), lambda k: f'The pose of "{self._names[k]}" in frame {frame.frame}'
         )
-        _append(self._descriptor, json.dumps(frame_fields(frame), allow_nan=False), self.path)
+        # Counted first: a signal may end the run once the frame is on the disk, and a file without frames is removed.
         self._numbers.append(frame.frame)
+        try:
+            _append(self._descriptor, json.dumps(frame_fields(frame), allow_nan=False), self.path)
+        except InputError:
+            self._numbers.pop()
+            raise
 
 
 @contextmanager

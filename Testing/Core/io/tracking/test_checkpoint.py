@@ -309,3 +309,24 @@ def test_frames_of_an_interrupted_run_are_not_discarded_unasked(tmp_path, capsys
         assert main(["track", str(path), "--output", str(output), "--resume"]) == 2, "there is a track"
     finally:
         sys.modules.pop("PolyPoseLib.tracking.follow", None)
+
+
+def test_a_signal_right_after_a_frame_was_written_does_not_lose_it(tmp_path, frames, monkeypatch):
+    path = checkpoint_path(tmp_path / "out")
+    synced = os.fsync
+
+    def interrupted(descriptor):
+        synced(descriptor)
+        if checkpoints:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "fsync", interrupted)
+    checkpoints = []
+    with (
+        pytest.raises(KeyboardInterrupt),
+        opened_checkpoint(path, DIGEST, NAMES, resume=False) as checkpoint,
+    ):
+        checkpoints.append(checkpoint)
+        checkpoint.keep(frames[0])
+    monkeypatch.setattr(os, "fsync", synced)
+    assert same(kept(path)[0], frames[0])
