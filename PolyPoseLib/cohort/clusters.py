@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import tempfile
@@ -10,11 +11,12 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit, urlunsplit
 
 from PolyPoseLib import __version__
 from PolyPoseLib.cohort.batch_systems import BATCH_SYSTEMS, batch_cluster, worker_resources
 from PolyPoseLib.data.cohort.settings import MEMORY, THREADS, ClusterSettings
-from PolyPoseLib.errors import InputError, unknown_name
+from PolyPoseLib.errors import InputError, one_line, unknown_name
 from PolyPoseLib.io.cohort.cohort_folder import CLUSTER_LOG, LOGS, WORKERS_LOG
 from PolyPoseLib.io.machine_memory import memory_left
 
@@ -86,7 +88,10 @@ def machines(settings: ClusterSettings, folder: Path) -> Iterator[Machines]:
     from distributed import Client
 
     require_scheduler(settings.scheduler)
-    limits = {"distributed.scheduler.allowed-failures": settings.retries}
+    limits = {
+        "distributed.scheduler.allowed-failures": settings.retries,
+        "distributed.nanny.pre-spawn-environ.DASK_LOGGING__DISTRIBUTED": "error",  # of processes of this machine
+    }
     with ExitStack() as stack:
         stack.enter_context(_logged(folder / LOGS / CLUSTER_LOG))
         stack.enter_context(dask.config.set(limits))
@@ -103,7 +108,7 @@ def machines(settings: ClusterSettings, folder: Path) -> Iterator[Machines]:
             cluster.scale(jobs=settings.workers or 1)
         client = stack.enter_context(Client(cluster, set_as_default=False))
         stack.callback(_collect_logs, client, folder / LOGS)
-        yield Machines(client, cluster.dashboard_link, resources)
+        yield Machines(client, _on_loopback(cluster.dashboard_link), resources)
 
 
 @contextmanager
@@ -139,18 +144,16 @@ def local_workers(settings: ClusterSettings) -> tuple[int, dict[str, int]]:
     return count, {THREADS: settings.cores or max(1, cores // count), MEMORY: each}
 
 
+def _on_loopback(link: str) -> str:
+    """The dashboard's address as it is served: on this machine alone, whatever the machine's name is to the jobs."""
+    parts = urlsplit(link)
+    return urlunsplit(parts._replace(netloc=f"127.0.0.1:{parts.port}")) if parts.port else link
+
+
 @contextmanager
 def _connected(address: str, folder: Path) -> Iterator[Machines]:
     """A running scheduler."""
-    from distributed import Client
-
-    try:
-        client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
-        raise InputError(
-            f"--scheduler {address}: there is no Dask scheduler to be reached ({error}): start one, or correct it."
-        ) from error
-    with client, ExitStack() as stack:
+    with _client_of(address) as client, ExitStack() as stack:
         stack.callback(_collect_logs, client, folder / LOGS)
         try:
             client.wait_for_workers(1, timeout=_WAIT_SECONDS)
@@ -168,6 +171,21 @@ def _connected(address: str, folder: Path) -> Iterator[Machines]:
                 MEMORY,
             )
         yield Machines(client, client.dashboard_link, resources)
+
+
+def _client_of(address: str) -> Client:
+    """A client of the scheduler at an address; raises InputError where there is none."""
+    from distributed import Client
+
+    failure = ""
+    try:
+        return Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        failure = one_line(str(error))
+    gc.collect()  # a client that has failed must not be disposed of while another one starts: both would wait for ever
+    raise InputError(
+        f"--scheduler {address}: there is no Dask scheduler to be reached ({failure}): start one, or correct it."
+    )
 
 
 def _require_fit(client: Client, address: str, folder: Path) -> None:

@@ -27,6 +27,9 @@ UNKNOWN_MIB = 2048
 MARGIN = 1.1
 """Of the memory that is set aside over what is estimated."""
 
+REPORT_MIB = 150
+"""What drawing the report takes beside what a registration does."""
+
 _READERS = 8
 """Studies whose headers are read at a time: the time goes into waiting for the disk."""
 
@@ -80,4 +83,4 @@ def need_mib(sizes: StudySizes, options: Mapping[str, Any]) -> int:
         tuple(_SizedXray(_Sized(each)) for each in sizes.pixels),
     )
     need = needed_memory(cast(Study, study), Options.from_dict(options))
-    return math.ceil(MARGIN * need.resident / (1 << 20))
+    return math.ceil(MARGIN * need.resident / (1 << 20) + REPORT_MIB)

@@ -17,9 +17,9 @@ BIDS_VERSION = "1.10.0"
 CODE_URL = "https://github.com/PolyPose/SlicerPolyPose"
 
 IGNORED = (
-    f"sub-*/**/*{RESULT_SUFFIX}/",
-    "outcomes/",
-    "logs/",
+    f"*{RESULT_SUFFIX}",
+    "outcomes",
+    "logs",
     "cohort.json",
     "index.html",
     "summary.csv",

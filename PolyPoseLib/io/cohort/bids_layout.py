@@ -20,11 +20,14 @@ DESCRIPTION = "dataset_description.json"
 
 STUDY_SUFFIX = "_study.json"
 
+SOURCE_IGNORED = (f"*{STUDY_SUFFIX}", "ct", "xray")
+"""Lines of the .bidsignore of such a data set, which the validator then finds sound."""
+
 RESULT_SUFFIX = "_polypose"
 """Of the folder of a result, after the study's name."""
 
 _SUBJECT, _SESSION = re.compile(r"sub-[0-9A-Za-z]+"), re.compile(r"ses-[0-9A-Za-z]+")
-_ENTITIES = re.compile(r"(?:_[a-z]+-[0-9A-Za-z+]+)*")
+_ENTITIES = re.compile(r"(?:_[a-z]+-[0-9A-Za-z]+)*")
 
 
 def is_data_set(folder: Path) -> bool:
