@@ -55,6 +55,8 @@ def opened_cohort(folder: Path, source: Path) -> Iterator[Path]:
 
     """
     target = folder.resolve()
+    if target.parent == source.resolve() / "derivatives" and source.is_dir():
+        target.parent.mkdir(exist_ok=True)
     _require_place(folder, target, source)
     with locked(target, str(folder)):
         for each in (target, target / OUTCOMES, target / LOGS, target / LOGS / WORKER_LOGS):
