@@ -84,7 +84,7 @@ def machines(settings: ClusterSettings, folder: Path) -> Iterator[Machines]:
         The scheduler cannot be reached, its workers lack this program or the cohort's folder, or a setting is refused.
 
     """
-    import dask
+    import dask.config
     from distributed import Client
 
     require_scheduler(settings.scheduler)
@@ -170,7 +170,7 @@ def _connected(address: str, folder: Path) -> Iterator[Machines]:
                 THREADS,
                 MEMORY,
             )
-        yield Machines(client, client.dashboard_link, resources)
+        yield Machines(client, client.dashboard_link or "", resources)
 
 
 def _client_of(address: str) -> Client:
@@ -191,7 +191,7 @@ def _client_of(address: str) -> Client:
 def _require_fit(client: Client, address: str, folder: Path) -> None:
     """Refuse workers that lack this version of the program, or the cohort's folder; raises InputError."""
     try:
-        found = client.run(worker_view, str(folder))
+        found: Any = client.run(worker_view, str(folder))
     except Exception as error:  # whatever a foreign worker answers
         raise InputError(
             f"--scheduler {address}: its workers cannot run PolyPose ({error}): install version {__version__} there."
@@ -212,9 +212,15 @@ def worker_view(folder: str) -> tuple[str, bool]:
     return __version__, os.path.isdir(folder) and os.access(folder, os.W_OK | os.X_OK)
 
 
+def workers_of(client: Client) -> dict[str, dict[str, Any]]:
+    """What is known of every worker, by its address."""
+    known: Any = client.scheduler_info()
+    return known["workers"]
+
+
 def _offered(client: Client) -> dict[str, float] | None:
     """The largest resources of any worker; None where none offers both."""
-    offers = [each.get("resources") or {} for each in client.scheduler_info()["workers"].values()]
+    offers = [each.get("resources") or {} for each in workers_of(client).values()]
     both = [each for each in offers if THREADS in each and MEMORY in each]
     return max(both, key=lambda each: each[MEMORY]) if both else None
 
@@ -222,7 +228,8 @@ def _offered(client: Client) -> dict[str, float] | None:
 def _collect_logs(client: Client, folder: Path) -> None:
     """Keep what scheduler and workers have said, a file each; those that are gone have kept theirs."""
     try:
-        logs = {"scheduler": client.get_scheduler_logs(), **client.get_worker_logs()}
+        of_workers: Any = client.get_worker_logs()
+        logs = {"scheduler": client.get_scheduler_logs(), **of_workers}
     except Exception as error:
         _LOG.debug("the logs of the workers could not be had: %s", error)
         return

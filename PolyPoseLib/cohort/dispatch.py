@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.cohort.child import end_children
-from PolyPoseLib.cohort.clusters import Machines
+from PolyPoseLib.cohort.clusters import Machines, workers_of
 from PolyPoseLib.cohort.study_task import run_study
 from PolyPoseLib.data.cohort.job import StudyJob
 from PolyPoseLib.data.cohort.outcome import INTERRUPTED, WRONG_INPUT, Outcome, lost
@@ -118,7 +118,7 @@ class Dispatcher:
         """Workers on which a study has not failed yet, where it has failed on some and the others would do."""
         if not task.avoided:
             return frozenset()
-        workers = self._at.client.scheduler_info()["workers"]
+        workers = workers_of(self._at.client)
         return frozenset(
             address
             for address, each in workers.items()
@@ -136,7 +136,7 @@ class Dispatcher:
         pinned = [task for task in self._tasks.values() if task.pinned]
         if not pinned:
             return
-        there = set(self._at.client.scheduler_info()["workers"])
+        there = set(workers_of(self._at.client))
         for task in pinned:
             if not task.pinned & there and task.future is not None:
                 task.future.cancel(force=True)
@@ -154,7 +154,8 @@ class Dispatcher:
     def _places(self, future: Future) -> tuple[str, ...]:
         """Addresses of the workers that hold a future's outcome: where it ran."""
         try:
-            return tuple(next(iter(self._at.client.who_has([future]).values()), ()))
+            found: Any = self._at.client.who_has([future])
+            return tuple(next(iter(found.values()), ()))
         except Exception:
             return ()
 

@@ -7,6 +7,7 @@ without its worker would write to where the next attempt writes.
 from __future__ import annotations
 
 import os
+import runpy
 import signal
 import sys
 import threading
@@ -32,13 +33,11 @@ def watch_stdin() -> None:
     threading.Thread(target=watch, daemon=True, name="stdin").start()
 
 
-def main() -> int:
-    """Run the command line, watched."""
+def main() -> None:
+    """Run ``python -m PolyPoseLib`` with the arguments of this process, watched."""
     watch_stdin()
-    from PolyPoseLib.__main__ import main as run
-
-    return run()
+    runpy.run_module("PolyPoseLib", run_name="__main__", alter_sys=True)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

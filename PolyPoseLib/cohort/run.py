@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import logging
 import secrets
 import time
@@ -105,7 +106,8 @@ def _known(cohort: Cohort, entry: CohortEntry, outcomes: dict[str, Outcome]) -> 
     """What is known of a study when a run is interrupted: from this run, or kept from an earlier one."""
     if entry.identity in outcomes:
         return outcomes[entry.identity]
-    return read_outcome(cohort.folder, entry.identity) or Outcome(entry.identity)
+    kept = read_outcome(cohort.folder, entry.identity) or Outcome(entry.identity)
+    return dataclasses.replace(kept, stamps={})
 
 
 class _Teller:

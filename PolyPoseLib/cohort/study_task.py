@@ -54,7 +54,7 @@ def run_study(job: StudyJob, run: str) -> Outcome:
     Returns
     -------
     Outcome
-        What became of it, kept in the cohort's folder already.
+        What became of it, kept in the cohort's folder already; without the stamps of its files, which are many.
 
     """
     folder = Path(job.folder)
@@ -62,7 +62,7 @@ def run_study(job: StudyJob, run: str) -> Outcome:
     known = {} if earlier is None or job.settings.rehash else earlier.stamps
     digest, stamps = fingerprint(Path(job.study), job.settings.options, job.settings.allow_outside, known)
     if earlier is not None and earlier.settles(digest, job.settings.retry_failed) and _is_there(job, earlier):
-        return dataclasses.replace(earlier, reused=True)
+        return dataclasses.replace(earlier, reused=True, stamps={})
     log = folder / LOGS / f"{job.identity}.log"
     attempt = 1 + _attempts(log, digest)
     with log.open("a", encoding="utf-8") as stream:
@@ -83,7 +83,7 @@ def run_study(job: StudyJob, run: str) -> Outcome:
         expected_memory_mib=float(job.memory_mib),
     )
     write_outcome(folder, outcome)
-    return outcome
+    return dataclasses.replace(outcome, stamps={})
 
 
 def command_of(job: StudyJob) -> list[str]:
