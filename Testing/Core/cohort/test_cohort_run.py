@@ -96,6 +96,7 @@ def test_rows_tell_reasons_and_measurements(first):
     assert 5 < outcomes["good"].peak_memory_mib < 500 and 0 < outcomes["good"].cpu_seconds < 30
     log = (output / "logs/crash.log").read_text()
     assert log.count("INFO: it began") == 3 and "attempt 3" in log
+    assert "scheduler" in (output / "logs/workers.log").read_text()
     assert not list(home.rglob("*.partial"))
 
 

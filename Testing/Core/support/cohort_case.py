@@ -31,6 +31,10 @@ once.touch()
 print("INFO: it began")
 if deed == "slow":
     time.sleep(60)
+if deed == "brief":
+    began = time.time()
+    time.sleep(0.7)
+    (home / f"{study.parent.name}.times").write_text(json.dumps([began, time.time()]))
 if deed == "kill worker" and first:
     os.kill(os.getppid(), signal.SIGKILL)
     time.sleep(60)
