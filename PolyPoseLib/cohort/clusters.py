@@ -214,7 +214,10 @@ def worker_view(folder: str) -> tuple[str, bool]:
 
 def workers_of(client: Client) -> dict[str, dict[str, Any]]:
     """What is known of every worker, by its address."""
-    known: Any = client.scheduler_info()
+    try:
+        known: Any = client.scheduler_info(n_workers=-1)  # some versions tell of five where this is not given
+    except TypeError:  # others do not know it
+        known = client.scheduler_info()
     return known["workers"]
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import logging
+import math
 import queue
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.cohort.child import end_children
@@ -21,10 +22,13 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
-_TICK_SECONDS = 1.0
+MORE_MEMORY = 1.5
+"""Times the memory of before is set aside for a study that the system has killed."""
 
-_END_SECONDS = 15.0
-"""For the workers to end their processes."""
+_KILLED = -9
+"""Exit status of a process that was killed, as a rule for lack of memory."""
+
+_TICK_SECONDS = 1.0
 
 
 @dataclass
@@ -147,6 +151,9 @@ class Dispatcher:
     def _try_elsewhere(self, task: _Task, outcome: Outcome) -> None:
         """Submit a study again."""
         _LOG.warning("%s: %s It is tried again.", task.job.identity, outcome.reason)
+        if outcome.exit_status == _KILLED and self._at.resources is not None:
+            more = min(math.ceil(MORE_MEMORY * task.job.memory_mib), int(self._at.resources[MEMORY]))
+            task.job = replace(task.job, memory_mib=more)
         if task.future is not None:
             task.avoided |= set(self._places(task.future))
         self._submit(task)

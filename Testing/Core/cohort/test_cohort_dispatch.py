@@ -119,7 +119,7 @@ class Client:
         self.workers = {each: {"resources": {THREADS: 1, MEMORY: 4000}} for each in workers}
         self.submitted = []
 
-    def scheduler_info(self):
+    def scheduler_info(self, n_workers):
         return {"workers": self.workers}
 
     def who_has(self, futures):
@@ -153,6 +153,9 @@ def test_a_study_waits_for_no_worker_that_is_gone(monkeypatch):
     finish(client.submitted[0], "a", Outcome("one", -9, "It was killed.", transient=True))
     wait_until(lambda: len(client.submitted) == 2)
     assert client.submitted[1].settings["workers"] == ["b"]
+    assert client.submitted[1].settings["resources"] == {THREADS: 1, MEMORY: 1500}, (
+        "it may have lacked memory"
+    )
     del client.workers["b"]
     wait_until(lambda: len(client.submitted) == 3)
     assert client.submitted[1].cancelled and client.submitted[2].settings["workers"] is None
