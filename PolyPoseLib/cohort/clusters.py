@@ -90,7 +90,7 @@ def machines(settings: ClusterSettings, folder: Path) -> Iterator[Machines]:
     require_scheduler(settings.scheduler)
     limits = {
         "distributed.scheduler.allowed-failures": settings.retries,
-        "distributed.nanny.pre-spawn-environ.DASK_LOGGING__DISTRIBUTED": "error",  # of processes of this machine
+        "distributed.nanny.pre-spawn-environ.DASK_LOGGING__DISTRIBUTED": "critical",  # of processes of this machine
     }
     with ExitStack() as stack:
         stack.enter_context(_logged(folder / LOGS / CLUSTER_LOG))
@@ -129,7 +129,8 @@ def _local(settings: ClusterSettings) -> Iterator[tuple[dict[str, int], Any]]:
             memory_limit=0,  # Dask would look at the worker alone; studies are processes beside it
             resources=resources,
             local_directory=scratch,
-            silence_logs=logging.ERROR,
+            preload="PolyPoseLib.cohort.worker_preload",
+            silence_logs=logging.CRITICAL,
         ) as cluster,
     ):
         yield resources, cluster
