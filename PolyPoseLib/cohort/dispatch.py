@@ -37,6 +37,7 @@ class _Task:
 
     job: StudyJob
     attempts: int = 0
+    submissions: int = 0
     avoided: set[str] = field(default_factory=set)
     pinned: frozenset[str] = frozenset()
     future: Future | None = None
@@ -102,6 +103,7 @@ class Dispatcher:
     def _submit(self, task: _Task) -> None:
         job = task.job
         task.attempts += 1
+        task.submissions += 1
         resources = None
         if self._at.resources is not None:
             resources = {THREADS: job.settings.threads, MEMORY: job.memory_mib}
@@ -110,7 +112,8 @@ class Dispatcher:
             run_study,
             job,
             self._run,
-            key=f"study-{job.identity}-{self._run}-{task.attempts}",
+            # Never a key of before: to cancel that one would cancel this one as well.
+            key=f"study-{job.identity}-{self._run}-{task.submissions}",
             pure=False,
             resources=resources,
             priority=job.memory_mib,

@@ -158,6 +158,7 @@ def test_a_study_waits_for_no_worker_that_is_gone(monkeypatch):
     )
     del client.workers["b"]
     wait_until(lambda: len(client.submitted) == 3)
+    assert len({each.settings["key"] for each in client.submitted}) == 3
     assert client.submitted[1].cancelled and client.submitted[2].settings["workers"] is None
     finish(client.submitted[2], "a", Outcome("one", 0))
     thread.join(10)
