@@ -10,8 +10,8 @@ from importlib import import_module
 from types import ModuleType
 
 ORDER = (
-    "register", "track", "view", "cameras", "train", "structures", "simulate", "evaluate", "transform", "project",
-    "dicom", "sample", "demo",
+    "register", "cohort", "track", "view", "cameras", "train", "structures", "simulate", "evaluate", "transform",
+    "project", "dicom", "sample", "demo",
 )  # fmt: skip
 """Order in the help; a module that is not listed comes last."""
 

@@ -114,7 +114,7 @@ def resolve_output(name: str, field: str, folder: Path, allow_outside: bool) -> 
 def _parts(target: Path, field: str, name: str) -> list[tuple[Path, Path]]:
     """The further files of a field's file, and where each really is; raises InputError that names the field."""
     try:
-        return [(part, part.resolve()) for part in _files_behind(target)]
+        return [(part, part.resolve()) for part in files_behind(target)]
     except InputError as error:
         raise InputError(f'"{field}": {error}') from None
     except (OSError, RuntimeError) as error:
@@ -128,7 +128,7 @@ def _is_inside(target: Path, folder: Path) -> bool:
     return target.is_relative_to(folder.resolve())
 
 
-def _files_behind(path: Path) -> list[Path]:
+def files_behind(path: Path) -> list[Path]:
     """Further files that reading this one opens: a folder's slices, the data of a detached header.
 
     Raises InputError for headers that name a list or a sequence of files, whose members are not followed here.

@@ -12,6 +12,8 @@ from pages import DOCS, PAGES, ROOT, code_blocks, name_of, table_names
 from PolyPoseLib.data.options import Options
 from PolyPoseLib.data.tracking.track_options import TrackOptions
 from PolyPoseLib.io import study_schema
+from PolyPoseLib.io.cohort.bids_layout import SOURCE_IGNORED
+from PolyPoseLib.io.cohort.rows import COLUMNS as COHORT_COLUMNS
 from PolyPoseLib.io.tracking import schema as track_schema
 from PolyPoseLib.io.tracking.corrected_poses import poses_of
 from PolyPoseLib.io.tracking.poses_table import COLUMNS
@@ -21,6 +23,17 @@ from PolyPoseLib.io.xray.intensity import INTENSITIES
 STUDY = DOCS / "study-format.md"
 RESULT = DOCS / "result-format.md"
 TRACK = DOCS / "tracking.md"
+COHORTS = DOCS / "cohorts.md"
+
+
+def test_the_columns_of_a_cohorts_table() -> None:
+    section = COHORTS.read_text(encoding="utf-8").split("### The table\n", 1)[1]
+    rows = re.search(r"(?:^\|.*\n)+", section, re.M)[0].splitlines()[2:]
+    assert [re.match(r"\| `(\w+)` \|", row)[1] for row in rows] == list(COHORT_COLUMNS)
+
+
+def test_the_page_on_cohorts_lists_what_bids_does_not_know() -> None:
+    assert "\n".join(SOURCE_IGNORED) in [block.strip() for block in code_blocks(COHORTS, "text")]
 
 
 def test_the_fields_of_a_study() -> None:

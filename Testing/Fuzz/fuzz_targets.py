@@ -23,10 +23,13 @@ from segment_files import saved, seg_dataset, structure_set
 from track_case import make_track, write_sequence
 from xray_samples import dataset, random_pixels, save
 
+from PolyPoseLib.data.cohort.outcome import FileStamp, Outcome
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.tracking.joints import Joint
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.io.camera_models import load_model, read_tensors, write_tensors
+from PolyPoseLib.io.cohort.entries import read_entries
+from PolyPoseLib.io.cohort.outcome_files import read_outcome, write_outcome
 from PolyPoseLib.io.json_records import parse_object
 from PolyPoseLib.io.results import load_result
 from PolyPoseLib.io.segmentations import read_segmentation
@@ -402,12 +405,30 @@ def joint_curves(folder: Path) -> list[Subject]:
     return [Subject(path, path.read_bytes(), lambda: load_joint_curves(folder))]
 
 
+def cohort(folder: Path) -> list[Subject]:
+    listed = folder / "list.csv"
+    listed.write_text('id,site,study\na-1,"Bonn, Rhein",one/study.json\nb.2,,two/study.json\n')
+    (folder / "outcomes").mkdir()
+    write_outcome(folder, Outcome("a", 3, "why", "0" * 64, "studies/a", stamps={"0f": FileStamp(1, 2, "ab")}))
+    data_set = folder / "set"
+    (data_set / "sub-01").mkdir(parents=True)
+    (data_set / "sub-01/sub-01_study.json").write_text("{}")
+    description = data_set / "dataset_description.json"
+    description.write_text(json.dumps({"Name": "a", "BIDSVersion": "1.10.0"}))
+    outcome = folder / "outcomes/a.json"
+    return [
+        _subject(listed, lambda path: read_entries(path, False)),
+        Subject(outcome, outcome.read_bytes(), lambda: read_outcome(folder, "a")),
+        Subject(description, description.read_bytes(), lambda: read_entries(data_set, False)),
+    ]
+
+
 TARGETS: dict[str, Callable[[Path], list[Subject]]] = {
     each.__name__: each
     for each in (
         nrrd, metaimage, nifti, dicom_ct, dicom_segments,
         dicom_xray, picture, calibration, landmarks, study, result, transform,
-        camera_model, sequence, image_run, track, joint_curves,
+        camera_model, sequence, image_run, track, joint_curves, cohort,
     )
 }  # fmt: skip
 """Every target: makes its sound files in a folder, and says how they are read."""

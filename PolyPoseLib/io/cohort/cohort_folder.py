@@ -1,0 +1,91 @@
+"""The folder of a cohort: made, known again, and held by one run at a time."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from PolyPoseLib import __version__
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.cohort.outcome_files import OUTCOMES
+from PolyPoseLib.io.files import read_text
+from PolyPoseLib.io.json_records import json_text, parse_object
+from PolyPoseLib.io.locks import locked
+from PolyPoseLib.io.whole_files import replaced_whole
+
+MARK = "cohort.json"
+"""The file by which a folder is known to be a cohort's."""
+
+LOGS = "logs"
+
+CLUSTER_LOG = "cluster.log"
+"""What the scheduler says, among the logs."""
+
+WORKERS_LOG = "workers.log"
+"""What scheduler and workers have kept of that until the end, among the logs."""
+
+WORKER_LOGS = "workers"
+"""Of the batch system's jobs, among the logs."""
+
+VERSION = 1
+
+
+@contextmanager
+def opened_cohort(folder: Path, source: Path) -> Iterator[Path]:
+    """Hold the folder of a cohort for a run: made where it is absent or empty, gone on with where it is a cohort's.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the cohort.
+    source : Path
+        The list or folder of studies, which it must not be.
+
+    Yields
+    ------
+    Path
+        The folder, resolved.
+
+    Raises
+    ------
+    InputError
+        It holds something else, cannot be made, is the folder of the studies, or another run holds it.
+
+    """
+    target = folder.resolve()
+    if target.parent == source.resolve() / "derivatives" and source.is_dir():
+        target.parent.mkdir(exist_ok=True)
+    _require_place(folder, target, source)
+    with locked(target, str(folder)):
+        for each in (target, target / OUTCOMES, target / LOGS, target / LOGS / WORKER_LOGS):
+            each.mkdir(exist_ok=True)
+        with replaced_whole(target / MARK) as path:
+            fields = {"version": VERSION, "program": "PolyPose", "polypose": __version__}
+            path.write_text(json_text(fields), encoding="utf-8")
+        yield target
+
+
+def _require_place(folder: Path, target: Path, source: Path) -> None:
+    """Refuse what cannot be a cohort's folder; raises InputError."""
+    if not target.parent.is_dir():
+        raise InputError(f"{folder}: the folder {target.parent} does not exist: make it first.")
+    if target == source.resolve():
+        raise InputError(f"{folder}: this is the folder of the studies: choose another --output.")
+    if not target.exists():
+        return
+    if not target.is_dir():
+        raise InputError(f"{folder}: this is a file: choose a folder for --output.")
+    if (target / MARK).is_file():
+        fields = parse_object(read_text(target / MARK, "a cohort's folder"), str(folder / MARK))
+        if fields.get("program") != "PolyPose" or fields.get("version") != VERSION:
+            raise InputError(
+                f"{folder}: it is no cohort's folder of this version: choose a new or empty folder."
+            )
+        return
+    stranger = next(iter(sorted(os.listdir(target))), None)
+    if stranger is not None:
+        raise InputError(
+            f'{folder}: the folder holds files that are no cohort\'s ("{stranger}"): choose a new or empty folder.'
+        )
