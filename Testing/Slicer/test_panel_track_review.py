@@ -154,6 +154,38 @@ class CorrectionTest(ReviewCase):
         self.assertEqual(self.panel.track_review.nodes.poses_changed(), {})
         self.assertEqual(len(slicer.util.getNodesByClass("vtkMRMLSequenceBrowserNode")), 3)
 
+    def test_tracking_on_leaves_corrections_of_other_frames(self) -> None:
+        self.nodes.go_to(LOST)
+        self.correct("femur")
+        placed = self.nodes.pose_at_current("femur")
+        self.nodes.go_to(DOUBTFUL)
+        self.correct("pelvis")
+        self.give_track()
+        self.ui.trackOn.click()
+        self.end()
+        after = self.panel.track_review.nodes
+        self.assertIsNot(after, self.nodes)
+        self.assertEqual([after.corrected_frames(name) for name in ("pelvis", "femur")], [[], [LOST]])
+        after.go_to(LOST)
+        np.testing.assert_allclose(after.pose_at_current("femur"), placed, atol=1e-9)
+        self.assertIn("Corrected by hand: femur.", self.ui.trackFrameText.text)
+
+    def test_tracking_anew_leaves_no_correction(self) -> None:
+        self.correct("femur")
+        self.ui.trackCorrect.checked = False
+        self.ui.trackButton.click()
+        self.end()
+        self.assertEqual(self.panel.track_review.nodes.corrected_frames("femur"), [])
+
+    def test_a_track_that_cannot_be_shown_is_not_lost(self) -> None:
+        self.nodes.remove()
+        self.give_track()
+        self.ui.trackButton.click()
+        self.segmentation.GetSegmentation().RemoveSegment("femur")
+        self.end()
+        folder = self.ui.trackMessage.text.rpartition(" is in ")[2].partition(",")[0]
+        self.assertEqual(load_track(folder).names, track_scene_case.NAMES)
+
     def test_tracking_on_without_a_correction_starts_from_the_tracked_poses(self) -> None:
         self.give_track(self.tell)
         self.ui.trackOn.click()

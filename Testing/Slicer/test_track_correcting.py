@@ -51,6 +51,31 @@ class CorrectingTest(case.TrackCase):
         self.assertIsNone(shown.correcting)
         self.assertFalse(shown.transforms["pelvis"].GetDisplayNode().GetEditorVisibility())
 
+    def test_handles_stay_on_the_bone_in_every_frame(self) -> None:
+        """What a browser shows takes over the centre of each frame's node, too."""
+        shown = self.shown
+        shown.start_correcting("femur")
+        centre = shown.transforms["femur"].GetCenterOfTransformation()
+        self.assertGreater(np.linalg.norm(centre), 10.0)
+        shown.go_to(8)
+        self.assertEqual(shown.transforms["femur"].GetCenterOfTransformation(), centre)
+        self.move()
+        shown.stop_correcting(keep=True)
+        self.assertEqual(shown.transforms["femur"].GetCenterOfTransformation(), centre)
+
+    def test_a_bone_whose_nodes_were_deleted_is_left_alone(self) -> None:
+        for part in ("transforms", "sequences"):
+            with self.subTest(part):
+                shown = self.shown = self.show(self.shown)
+                shown.start_correcting("femur")
+                slicer.mrmlScene.RemoveNode(getattr(shown, part)["femur"])
+                shown.keep_pose("femur", 6, np.eye(4))
+                shown.undo("femur")
+                shown.start_correcting("femur")
+                self.assertEqual(shown.pose_at_current("femur").shape, (4, 4))
+                shown.stop_correcting(keep=True)
+                self.assertEqual(shown.corrected_frames("pelvis"), [])
+
     def test_a_moved_bone_is_known_and_its_outline_follows(self) -> None:
         from panel_case import views
 

@@ -256,6 +256,15 @@ class TrackSceneTest(case.TrackCase):
         first.go_to(9)
         self.assertEqual(first.frame, 9)
 
+    def test_bones_that_lie_elsewhere_than_when_they_were_tracked_are_refused(self) -> None:
+        transform = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode")
+        matrix = np.eye(4)
+        matrix[:3, 3] = (0, 0, 60)
+        transform.SetMatrixTransformToParent(case.scenes.to_vtk(matrix))
+        self.segmentation.SetAndObserveTransformNodeID(transform.GetID())
+        with self.assertRaisesRegex(InputError, "'pelvis' are not where they were"):
+            self.show()
+
     def test_closing_the_scene_leaves_no_observer(self) -> None:
         shown = show_track(self.saved, self.inputs())
         browser, known = shown.browser, weakref.ref(shown)
@@ -345,6 +354,28 @@ class SavedTrackTest(case.TrackCase):
         self.assertEqual(len(found.charts), 2)
         self.assertNotEqual(found.folder, 0)
         self.assertEqual(set(found.models), set(case.NAMES))
+
+    def test_a_scene_whose_xrays_are_gone_has_its_bones(self) -> None:
+        """As where the file of a sequence was moved elsewhere: Slicer opens the scene with an empty one."""
+        shown = self.show()
+        shown.release()
+        for number, camera in enumerate(case.OFFSETS):
+            slicer.mrmlScene.RemoveNode(shown.images.volumes[camera])
+            slicer.mrmlScene.RemoveNode(shown.parts.get("frames", number))
+        self.xrays["left"].RemoveAllDataNodes()
+        found = TrackNodes.of_scene()
+        self.addCleanup(found.release)
+        self.assertEqual(list(found.images.volumes), ["right"])
+        found.go_to(8)
+        np.testing.assert_allclose(found.pose_at_current("femur"), case.pose(1, 8), atol=1e-9)
+
+    def test_a_damaged_track_says_so(self) -> None:
+        shown = self.show()
+        shown.release()
+        for text in ("{", "[]", "{}", '{"first": 3, "mirrored": {}, "detectors": {}}'):
+            shown.browser.SetAttribute("PolyPose.Track", text)
+            with self.assertRaisesRegex(InputError, "The track 'Track' of the scene is damaged"):
+                TrackNodes.of_scene()
 
     def test_xrays_are_not_written_twice(self) -> None:
         self.show()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import qt
 from slicer.i18n import tr as _
 
@@ -15,7 +16,9 @@ from PolyPoseLib.errors import CancelledError, PolyPoseError, UntrustedResultErr
 from ..process.dependencies import ensure_dependencies
 from ..process.track_folder import TRACKS, discard, frames_kept
 from ..process.track_run import Continuation, State, TrackRun
+from ..process.track_saving import track_text
 from ..study.parameters import PolyPoseParameterNode
+from ..study.track_nodes import TrackNodes
 from ..study.track_plan import TrackPlan, plan_of
 from ..study.track_request import TrackRequest
 from ..study.track_writer import inputs_digest
@@ -179,10 +182,13 @@ class TrackPart:
     def _take(self, run: TrackRun, task: _Task) -> None:
         """Put the track into the scene."""
         try:
+            kept = _corrections_elsewhere(task.continuation)
             nodes = self._logic.showTrack(run.output, task.request, task.plan)
         except PolyPoseError as error:
-            self.say(str(error))
+            where = _("The track itself is in {folder}, until the scene is closed.").format(folder=run.output)
+            self.say(f"{error}\n{where}")
             return
+        nodes.keep_corrections(kept)
         self.say(done_text(run))
         self._done(nodes)
 
@@ -262,3 +268,14 @@ class TrackPart:
         if self._kept is None or self._request is None or self._plan.missing is not None:
             return False
         return inputs_digest(self._request, self._plan) == self._kept.digest
+
+
+def _corrections_elsewhere(continuation: Continuation | None) -> dict[str, dict[int, np.ndarray]]:
+    """Poses that were corrected in other frames than the one that is tracked on from: they are not in the new track."""
+    before = TrackNodes.of_scene()
+    if continuation is None or before is None or track_text(before) != continuation.track:
+        return {}
+    return {
+        name: {frame: pose for frame, pose in poses.items() if frame != continuation.frame}
+        for name, poses in before.corrections().items()
+    }

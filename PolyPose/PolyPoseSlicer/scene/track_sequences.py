@@ -84,6 +84,11 @@ def image_sequence(
     return sequence
 
 
+def has_images(source: slicer.vtkMRMLNode) -> bool:
+    """Whether a node holds an image: one whose file was not found when a scene was opened does not."""
+    return next(iter(_Images(source)), None) is not None
+
+
 def image_size(source: slicer.vtkMRMLNode) -> tuple[int, int]:
     """Columns and rows of the images of a sequence or volume node; raises InputError where it holds none."""
     image = next(iter(_Images(source)), None)

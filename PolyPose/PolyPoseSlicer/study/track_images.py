@@ -27,7 +27,7 @@ class TrackImages:
         for spot in track.spots:
             source = track.parts.get("image", spot.number)
             shown = track.parts.get("xray", spot.number)
-            if shown is None and source is not None:
+            if shown is None and source is not None and track_sequences.has_images(source):
                 shown = self._make(spot, source)
             if shown is not None:
                 self._volumes[spot.name] = shown

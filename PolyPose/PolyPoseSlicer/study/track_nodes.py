@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -138,7 +138,10 @@ class TrackNodes:
 
     def pose_at_current(self, name: str) -> np.ndarray:
         """Where a bone is in the frame that is shown: (4, 4) rig's world to the CT, LPS mm."""
-        tracked, shown = self.record.pose(name, self.frame), self._shown_matrix(name)
+        tracked = self.record.pose(name, self.frame)
+        if name not in self.transforms:
+            return tracked.copy()
+        shown = self._shown_matrix(name)
         return tracked.copy() if _same(shown, to_patient(tracked)) else to_patient(shown)
 
     def poses_changed(self) -> dict[str, np.ndarray]:
@@ -157,10 +160,10 @@ class TrackNodes:
         """Put Slicer's handles on a bone, in 3D and in the slices; those of another bone go, and it stays as it is."""
         if self._correcting not in (None, name):
             self._end_handles()
-        transform, model = self.transforms[name], self.models.get(name)
-        if model is not None and model.GetPolyData() is not None:
-            box = np.array(model.GetPolyData().GetBounds()).reshape(3, 2)
-            transform.SetCenterOfTransformation(*box.mean(axis=1))
+        transform = self.transforms.get(name)
+        if transform is None:
+            return
+        transform.SetCenterOfTransformation(*self._middle(name))
         show_handles(transform, True)
         self._correcting = name
 
@@ -178,10 +181,21 @@ class TrackNodes:
             self._put_back(name)
         self._show_states()
 
+    def corrections(self) -> dict[str, dict[int, np.ndarray]]:
+        """What was changed by hand and kept, by bone and frame: (4, 4) rig's world to the CT, LPS mm."""
+        return {name: self._kept(name).poses for name in self.names}
+
     def keep_pose(self, name: str, frame: int, matrix: np.ndarray) -> None:
         """Keep what a person made of a bone's pose in a frame that need not be shown: (4, 4) CT to patient, RAS mm."""
         self._write(name, frame, matrix)
         self._note(name, frame, matrix)
+
+    def keep_corrections(self, corrections: Mapping[str, Mapping[int, np.ndarray]]) -> None:
+        """Keep those of an earlier track, as its `corrections` has them; frames that this one lacks are left out."""
+        for name, poses in corrections.items():
+            for frame in sorted(set(poses) & set(self.record.numbers)):
+                self.keep_pose(name, frame, to_patient(poses[frame]))
+        self._show_states()
 
     @drawn_once
     def undo(self, name: str) -> None:
@@ -237,26 +251,30 @@ class TrackNodes:
         return {name: node for name, node in found if node is not None}
 
     def _restore_sequences(self) -> None:
-        """Give sequences that were read from a file their exact poses and their index back."""
-        for bone, name in enumerate(self.names):
-            sequence = self.sequences.get(name)
-            if sequence is None:
-                continue
+        """Give sequences what their files do not keep: exact poses, the index, and the centre of the bones' handles.
+
+        The centre belongs to every frame: what a browser shows takes over all that a frame's node has.
+        """
+        rows = {number: row for row, number in enumerate(self.record.numbers)}
+        for name, sequence in self.sequences.items():
             label_as_frames(sequence)
-            kept, rows = (
-                self._kept(name).poses,
-                dict(zip(self.record.numbers, range(len(self.record.numbers)), strict=True)),
-            )
+            kept, middle, bone = self._kept(name).poses, self._middle(name), self.names.index(name)
             for item, number in enumerate(frame_numbers(sequence)):
-                if number in rows:
-                    exact = (
-                        to_patient(kept[number])
-                        if number in kept
-                        else self.record.to_patient[rows[number], bone]
-                    )
-                    node = sequence.GetNthDataNode(item)
-                    if np.allclose(_matrix(node), exact, rtol=0, atol=_SAVED):
-                        node.SetMatrixTransformToParent(to_vtk(exact))
+                node = sequence.GetNthDataNode(item)
+                node.SetCenterOfTransformation(*middle)
+                if number not in rows:
+                    continue
+                tracked = self.record.to_patient[rows[number], bone]
+                exact = to_patient(kept[number]) if number in kept else tracked
+                if np.allclose(_matrix(node), exact, rtol=0, atol=_SAVED):
+                    node.SetMatrixTransformToParent(to_vtk(exact))
+
+    def _middle(self, name: str) -> np.ndarray:
+        """Of a bone as the CT has it (3,), RAS mm: about it its handles turn."""
+        model = self.models.get(name)
+        if model is None or model.GetPolyData() is None:
+            return np.zeros(3)
+        return np.array(model.GetPolyData().GetBounds()).reshape(3, 2).mean(axis=1)
 
     def _make_outlines(self) -> None:
         spots = self.spots
@@ -333,16 +351,18 @@ class TrackNodes:
             self._kept(name).remember(frame, to_patient(matrix))
 
     def _write(self, name: str, frame: int, matrix: np.ndarray) -> None:
-        node = self.sequences[name].GetDataNodeAtValue(str(frame))
+        sequence = self.sequences.get(name)
+        node = sequence.GetDataNodeAtValue(str(frame)) if sequence is not None else None
         if node is not None and not _same(_matrix(node), matrix):
             node.SetMatrixTransformToParent(to_vtk(matrix))
-            self.sequences[name].StorableModified()
+            sequence.StorableModified()
 
     def _put_back(self, name: str) -> None:
         """Show what the sequence has."""
-        node = self.sequences[name].GetDataNodeAtValue(str(self.frame)) if name in self.sequences else None
-        if node is not None and not _same(_matrix(node), self._shown_matrix(name)):
-            self.transforms[name].SetMatrixTransformToParent(to_vtk(_matrix(node)))
+        sequence, transform = self.sequences.get(name), self.transforms.get(name)
+        node = sequence.GetDataNodeAtValue(str(self.frame)) if sequence is not None else None
+        if node is not None and transform is not None and not _same(_matrix(node), _matrix(transform)):
+            transform.SetMatrixTransformToParent(to_vtk(_matrix(node)))
 
     def _end_handles(self) -> None:
         transform = self.transforms.get(self._correcting) if self._correcting is not None else None

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 DETECTOR_MARGIN = 1.05
 """X-rays are shown this much farther from the source than any bone comes."""
 
+CENTROID_MARGIN_MM = 2.0
+"""How far the centroid of a bone's voxels may lie outside of its surface's box, which is smoothed and coarsened."""
+
 MOST_TRIANGLES = 70_000
 """Of a bone: outlines of three such bones on two X-rays take about 12 ms a frame."""
 
@@ -118,7 +121,7 @@ class _Content:
 def _surfaces(record: TrackRecord, inputs: TrackInputs) -> dict[str, vtk.vtkPolyData]:
     """The surface of every bone as the CT has it, RAS mm; raises InputError where a bone is not to be had."""
     surfaces = {}
-    for name in record.names:
+    for name, centroid in zip(record.names, record.track.centroids, strict=True):
         segments = inputs.structures.get(name)
         if not segments:
             raise InputError(
@@ -129,7 +132,20 @@ def _surfaces(record: TrackRecord, inputs: TrackInputs) -> dict[str, vtk.vtkPoly
         surfaces[name] = surface_of(inputs.segmentation, segments, MOST_TRIANGLES)
         if surfaces[name].GetNumberOfCells() == 0:
             raise InputError(_("The segments of '{name}' hold no voxel: draw them.").format(name=name))
+        if not _lies_within(flip_vectors(centroid), surfaces[name]):
+            raise InputError(
+                _(
+                    "The segments of '{name}' are not where they were when the track was made: choose its CT and "
+                    "segmentation, and put them where they were."
+                ).format(name=name)
+            )
     return surfaces
+
+
+def _lies_within(point: np.ndarray, surface: vtk.vtkPolyData) -> bool:
+    """Whether a point (3,), RAS mm, lies within a surface's box, as a centroid does."""
+    low, high = np.array(surface.GetBounds()).reshape(3, 2).T
+    return bool(np.all(point >= low - CENTROID_MARGIN_MM) and np.all(point <= high + CENTROID_MARGIN_MM))
 
 
 def _settings(

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass, field
+from typing import Any
 
 import numpy as np
 import slicer
+from slicer.i18n import tr as _
+
+from PolyPoseLib.errors import InputError
 
 _ATTRIBUTE = "PolyPose.Track"
 """Attribute of the track's browser."""
@@ -41,12 +45,28 @@ class TrackSettings:
 
     @classmethod
     def of(cls, browser: slicer.vtkMRMLSequenceBrowserNode) -> TrackSettings:
-        """Those of a track's browser."""
-        return cls(**json.loads(browser.GetAttribute(_ATTRIBUTE)))
+        """Those of a track's browser; raises InputError where they are damaged."""
+        try:
+            stored = json.loads(browser.GetAttribute(_ATTRIBUTE))
+            return cls(
+                _each(stored, "first", int),
+                _each(stored, "mirrored", bool),
+                _each(stored, "detectors", float),
+            )
+        except (ValueError, TypeError, AttributeError, KeyError) as error:
+            raise InputError(
+                _("The track '{name}' of the scene is damaged: delete it, and track again.").format(
+                    name=browser.GetName()
+                )
+            ) from error
 
     def store(self, browser: slicer.vtkMRMLSequenceBrowserNode) -> None:
         """Keep them with the browser."""
         browser.SetAttribute(_ATTRIBUTE, json.dumps(asdict(self)))
+
+
+def _each(stored: dict[str, dict[str, Any]], name: str, kind: type) -> dict[str, Any]:
+    return {str(camera): kind(value) for camera, value in stored[name].items()}
 
 
 class KeptPoses:
