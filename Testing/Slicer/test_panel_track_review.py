@@ -183,7 +183,7 @@ class CorrectionTest(ReviewCase):
         self.ui.trackButton.click()
         self.segmentation.GetSegmentation().RemoveSegment("femur")
         self.end()
-        folder = self.ui.trackMessage.text.rpartition(" is in ")[2].partition(",")[0]
+        folder = self.ui.trackMessage.text.rpartition(" is in ")[2].partition(" until ")[0]
         self.assertEqual(load_track(folder).names, track_scene_case.NAMES)
 
     def test_tracking_on_without_a_correction_starts_from_the_tracked_poses(self) -> None:

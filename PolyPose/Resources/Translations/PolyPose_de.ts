@@ -2038,6 +2038,10 @@
         <translation>Wird gestartet...</translation>
     </message>
     <message>
+        <source>The finished track is in {folder} until the scene is closed.</source>
+        <translation>Die fertige Verfolgung liegt in {folder}, bis die Szene geschlossen wird.</translation>
+    </message>
+    <message>
         <source>{count} frames are kept: press Go on to continue after them, as long as the inputs stay as they are.</source>
         <translation>{count} Zeitpunkte sind erhalten: mit Fortsetzen geht es danach weiter, solange die Eingaben gleich bleiben.</translation>
     </message>
@@ -3113,6 +3117,17 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>The segments of &apos;{name}&apos; hold no voxel: draw them.</source>
         <translation>Die Segmente von „{name}“ enthalten kein Voxel: Zeichnen Sie sie.</translation>
+    </message>
+    <message>
+        <source>The segments of &apos;{name}&apos; are not where they were when the track was made: choose its CT and segmentation, and put them where they were.</source>
+        <translation>Die Segmente von &apos;{name}&apos; liegen nicht dort, wo sie bei der Verfolgung lagen: Wählen Sie deren CT und Segmentierung, und bringen Sie beide wieder dorthin.</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_settings</name>
+    <message>
+        <source>The track &apos;{name}&apos; of the scene is damaged: delete it, and track again.</source>
+        <translation>Die Verfolgung &apos;{name}&apos; der Szene ist beschädigt: Löschen Sie sie, und verfolgen Sie neu.</translation>
     </message>
 </context>
 <context>

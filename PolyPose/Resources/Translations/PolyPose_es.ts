@@ -2038,6 +2038,10 @@
         <translation>Iniciando...</translation>
     </message>
     <message>
+        <source>The finished track is in {folder} until the scene is closed.</source>
+        <translation>El seguimiento terminado está en {folder} hasta que se cierre la escena.</translation>
+    </message>
+    <message>
         <source>{count} frames are kept: press Go on to continue after them, as long as the inputs stay as they are.</source>
         <translation>Se conservan {count} instantes: Continuar sigue después de ellos, mientras las entradas no cambien.</translation>
     </message>
@@ -3113,6 +3117,17 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>The segments of &apos;{name}&apos; hold no voxel: draw them.</source>
         <translation>Los segmentos de «{name}» no contienen ningún vóxel: dibújelos.</translation>
+    </message>
+    <message>
+        <source>The segments of &apos;{name}&apos; are not where they were when the track was made: choose its CT and segmentation, and put them where they were.</source>
+        <translation>Los segmentos de &apos;{name}&apos; no están donde estaban cuando se hizo el seguimiento: elija su TC y su segmentación, y colóquelas donde estaban.</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_settings</name>
+    <message>
+        <source>The track &apos;{name}&apos; of the scene is damaged: delete it, and track again.</source>
+        <translation>El seguimiento &apos;{name}&apos; de la escena está dañado: elimínelo y repita el seguimiento.</translation>
     </message>
 </context>
 <context>

@@ -2038,6 +2038,10 @@
         <translation>Démarrage...</translation>
     </message>
     <message>
+        <source>The finished track is in {folder} until the scene is closed.</source>
+        <translation>Le suivi terminé se trouve dans {folder} jusqu&apos;à la fermeture de la scène.</translation>
+    </message>
+    <message>
         <source>{count} frames are kept: press Go on to continue after them, as long as the inputs stay as they are.</source>
         <translation>{count} instants sont conservés : Reprendre continue après eux, tant que les entrées restent les mêmes.</translation>
     </message>
@@ -3113,6 +3117,17 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     <message>
         <source>The segments of &apos;{name}&apos; hold no voxel: draw them.</source>
         <translation>Les segments de « {name} » ne contiennent aucun voxel : dessinez-les.</translation>
+    </message>
+    <message>
+        <source>The segments of &apos;{name}&apos; are not where they were when the track was made: choose its CT and segmentation, and put them where they were.</source>
+        <translation>Les segments de &apos;{name}&apos; ne sont plus là où ils étaient lors du suivi : choisissez le scanner et la segmentation du suivi, et remettez-les en place.</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_settings</name>
+    <message>
+        <source>The track &apos;{name}&apos; of the scene is damaged: delete it, and track again.</source>
+        <translation>Le suivi &apos;{name}&apos; de la scène est endommagé : supprimez-le et relancez le suivi.</translation>
     </message>
 </context>
 <context>

@@ -2038,6 +2038,10 @@
         <translation>開始しています...</translation>
     </message>
     <message>
+        <source>The finished track is in {folder} until the scene is closed.</source>
+        <translation>完成した追跡結果は、シーンを閉じるまで {folder} にあります。</translation>
+    </message>
+    <message>
         <source>{count} frames are kept: press Go on to continue after them, as long as the inputs stay as they are.</source>
         <translation>{count} フレームが残っています。入力が変わらない限り、「続行」でその続きから再開できます。</translation>
     </message>
@@ -3113,6 +3117,17 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>The segments of &apos;{name}&apos; hold no voxel: draw them.</source>
         <translation>「{name}」のセグメントにボクセルがありません。描画してください。</translation>
+    </message>
+    <message>
+        <source>The segments of &apos;{name}&apos; are not where they were when the track was made: choose its CT and segmentation, and put them where they were.</source>
+        <translation>「{name}」のセグメントが追跡時の位置にありません。追跡に使った CT とセグメンテーションを選び、元の位置に戻してください。</translation>
+    </message>
+</context>
+<context>
+    <name>study.track_settings</name>
+    <message>
+        <source>The track &apos;{name}&apos; of the scene is damaged: delete it, and track again.</source>
+        <translation>シーンの追跡「{name}」が壊れています。削除して、もう一度追跡してください。</translation>
     </message>
 </context>
 <context>
