@@ -123,6 +123,28 @@ class WriterTest(SlicerTestCase):
         with self.assertRaises(CancelledError):
             self.write(self.request(), lambda: True)
 
+    def timed(self, times: list[float], name: str) -> XraySource:
+        """A row whose images have these times."""
+        sequence = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLSequenceNode")
+        image = self.xrays[name].GetNthDataNode(0)
+        for each in times:
+            sequence.SetDataNodeAtValue(image, f"{each:.4f}")
+        return replace(self.row(name), image=sequence, frame=0)
+
+    def test_times_may_jitter_and_missing_images_are_noted(self) -> None:
+        rng = np.random.default_rng(1)
+        jittering = np.arange(40) / 50 + rng.uniform(-0.003, 0.003, 40)
+        rows = [
+            self.timed(jittering.tolist(), "left"),
+            self.timed(np.delete(np.arange(40) / 50, [11, 30, 31]).tolist(), "right"),
+        ]
+        plan = plan_of(self.request(rows), XrayReader())
+        for each in plan.cameras:
+            self.assertAlmostEqual(each.rate, 50, delta=0.5)  # a gap makes no sequence slower
+        notes = [note for note in plan.notes if "missing" in note]
+        self.assertEqual(len(notes), 1)
+        self.assertIn("right: by their times, images are missing after image 11", notes[0])
+
     def test_the_digest_changes_with_every_input_and_not_without(self) -> None:
         def digest(request: TrackRequest) -> str:
             return inputs_digest(request, plan_of(request, XrayReader()))

@@ -185,7 +185,9 @@ class TrackPart:
             kept = _corrections_elsewhere(task.continuation)
             nodes = self._logic.showTrack(run.output, task.request, task.plan)
         except PolyPoseError as error:
-            where = _("The finished track is in {folder} until the scene is closed.").format(folder=run.output)
+            where = _("The finished track is in {folder} until the scene is closed.").format(
+                folder=run.output
+            )
             self.say(f"{error}\n{where}")
             return
         nodes.keep_corrections(kept)

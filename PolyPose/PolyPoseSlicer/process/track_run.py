@@ -18,7 +18,6 @@ from ..study.track_writer import TrackData, write_track
 from .environment import python_executable
 from .job import Job, Step
 from .study_run import State, StudyRun, child_sentence, error_of
-from .track_folder import frames_kept
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.tracking.track import Track
@@ -100,11 +99,6 @@ class TrackRun(StudyRun):
         self._untrusted: UntrustedResultError | None = None
         self._pace = Pace()
         super().__init__(data.study, command or [python_executable(), "-m", "PolyPoseLib"], _("tracking"))
-
-    @property
-    def kept(self) -> int:
-        """How many frames an interrupted run has left, with which another one can go on."""
-        return frames_kept(self.output)
 
     @property
     def seconds_left(self) -> float | None:

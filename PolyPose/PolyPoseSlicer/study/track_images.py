@@ -8,7 +8,7 @@ import numpy as np
 import slicer
 from slicer.i18n import tr as _
 
-from ..scene import track_layout, track_sequences, track_views
+from ..scene import track_sequences, track_views
 from ..scene.cameras import plane_to_ras
 from ..scene.own_nodes import unsaved_node
 from ..scene.pixel_frames import file_to_source
@@ -44,15 +44,6 @@ class TrackImages:
             track_views.aim_at(
                 spot.number, self._volumes.get(spot.name), plane_to_ras(spot.camera, spot.distance), shape
             )
-
-    def planes(self) -> list[tuple[slicer.vtkMRMLSliceNode, np.ndarray]]:
-        """The views of X-rays that the layout has, and where the X-rays lie: (column, row, slice, 1) to RAS mm."""
-        logics = ((spot, track_layout.slice_logic(spot.number)) for spot in self._track.spots)
-        return [
-            (logic.GetSliceNode(), plane_to_ras(spot.camera, spot.distance))
-            for spot, logic in logics
-            if logic is not None
-        ]
 
     def _make(self, spot: XraySpot, source: slicer.vtkMRMLNode) -> Any:
         track, parts = self._track, self._track.parts

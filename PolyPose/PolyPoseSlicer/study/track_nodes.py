@@ -132,10 +132,6 @@ class TrackNodes:
             )
         ]
 
-    def doubts_at_current(self) -> dict[str, tuple[str, ...]]:
-        """Why not to rely on the tracked poses of the frame that is shown, by bone."""
-        return {name: lines for name, lines in self.record.doubts(self.frame).items() if lines}
-
     def pose_at_current(self, name: str) -> np.ndarray:
         """Where a bone is in the frame that is shown: (4, 4) rig's world to the CT, LPS mm."""
         tracked = self.record.pose(name, self.frame)

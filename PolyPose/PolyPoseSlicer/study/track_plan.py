@@ -12,7 +12,7 @@ from PolyPoseLib.geometry.camera import Camera
 
 from .track_request import Start, TrackRequest
 from .xray_reading import XrayReader
-from .xray_series import image_count, stated_rate
+from .xray_series import gap_after, image_count, stated_rate
 from .xray_source import XraySource
 
 RATE_TOLERANCE = 0.02
@@ -242,6 +242,15 @@ def _notes(request: TrackRequest, cameras: tuple[PlannedCamera, ...], frames: ra
                 rate=stated
             )
         )
+    for each in cameras:
+        gap = gap_after(each.source)
+        if gap is not None:
+            notes.append(
+                _(
+                    "{name}: by their times, images are missing after image {number}; frames are taken as evenly "
+                    "spaced."
+                ).format(name=each.name, number=gap + 1)
+            )
     if len(cameras) == 1:
         notes.append(_("One camera shows next to nothing of motion along its rays: two are better."))
     if request.settings.start is Start.RESULT and request.poses and len(frames):

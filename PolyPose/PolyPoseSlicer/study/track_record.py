@@ -74,10 +74,6 @@ class TrackRecord:
         sources = dict(zip(self.names, found.sources, strict=True))
         return states_of(sources, dict(zip(self.names, found.doubts, strict=True)))
 
-    def doubts(self, frame: int) -> Mapping[str, tuple[str, ...]]:
-        """Why not to rely on the bones' poses in a frame."""
-        return dict(zip(self.names, self.track.frames[self._rows[frame]].doubts, strict=True))
-
     def doubtful_frames(self) -> list[int]:
         """Frames in which a bone is lost, or its pose flagged as uncertain."""
         return [

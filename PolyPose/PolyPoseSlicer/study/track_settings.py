@@ -54,15 +54,16 @@ class TrackSettings:
                 _each(stored, "detectors", float),
             )
         except (ValueError, TypeError, AttributeError, KeyError) as error:
-            raise InputError(
-                _("The track '{name}' of the scene is damaged: delete it, and track again.").format(
-                    name=browser.GetName()
-                )
-            ) from error
+            raise _damaged(browser) from error
 
     def store(self, browser: slicer.vtkMRMLSequenceBrowserNode) -> None:
         """Keep them with the browser."""
         browser.SetAttribute(_ATTRIBUTE, json.dumps(asdict(self)))
+
+
+def _damaged(node: slicer.vtkMRMLNode) -> InputError:
+    sentence = _("The track '{name}' of the scene is damaged: delete it, and track again.")
+    return InputError(sentence.format(name=node.GetName()))
 
 
 def _each(stored: dict[str, dict[str, Any]], name: str, kind: type) -> dict[str, Any]:
@@ -77,11 +78,17 @@ class KeptPoses:
 
     @property
     def poses(self) -> dict[int, np.ndarray]:
-        """All of them."""
-        text = self._sequence.GetAttribute(_KEPT) if self._sequence is not None else None
-        return {
-            int(frame): np.array(pose, dtype=np.float64) for frame, pose in json.loads(text or "{}").items()
-        }
+        """All of them; raises InputError where they are damaged."""
+        if self._sequence is None:
+            return {}
+        text = self._sequence.GetAttribute(_KEPT) or "{}"
+        try:
+            return {
+                int(frame): np.array(pose, dtype=np.float64).reshape(4, 4)
+                for frame, pose in json.loads(text).items()
+            }
+        except (ValueError, TypeError, AttributeError) as error:
+            raise _damaged(self._sequence) from error
 
     @property
     def frames(self) -> set[int]:

@@ -19,6 +19,9 @@ from .xray_source import XraySource
 _SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3}
 """Units of a sequence's index that are times."""
 
+MOST_STEPS = 1.5
+"""Of two images' distance in time and the usual one: above it an image is missing, below it times jitter."""
+
 
 @dataclass(frozen=True)
 class XraySeries:
@@ -123,19 +126,34 @@ def _files_of(source: XraySource) -> tuple[str, ...]:
     return tuple(found) if all(found) and len(set(found)) == len(found) else ()
 
 
+def gap_after(source: XraySource) -> int | None:
+    """Number of the first image after which others are missing, by the times of a sequence; None where none is."""
+    steps = np.diff(_times(source.image))
+    gaps = np.flatnonzero(steps > MOST_STEPS * np.median(steps)) if len(steps) else steps
+    return int(gaps[0]) if len(gaps) else None
+
+
 def _rate_of_index(node: slicer.vtkMRMLNode | None) -> float | None:
-    """Images per second by the times at which a sequence has them."""
-    if node is None or not node.IsA("vtkMRMLSequenceNode") or node.GetNumberOfDataNodes() < 2:
+    """Images per second by the times at which a sequence has them: the usual step counts, not a gap."""
+    steps = np.diff(_times(node))
+    if not len(steps):
         return None
+    even = steps[steps <= MOST_STEPS * np.median(steps)]
+    return float(1 / even.mean()) if len(even) and even.mean() > 0 else None
+
+
+def _times(node: slicer.vtkMRMLNode | None) -> np.ndarray:
+    """When a sequence has its images, s (N,); none where its index is not a time."""
+    if node is None or not node.IsA("vtkMRMLSequenceNode"):
+        return np.zeros(0)
     unit = _SECONDS.get((node.GetIndexUnit() or "").strip().lower())
     if unit is None or (node.GetIndexName() or "").strip().lower() != "time":
-        return None
-    last = node.GetNumberOfDataNodes() - 1
+        return np.zeros(0)
+    values = [node.GetNthIndexValue(number) for number in range(node.GetNumberOfDataNodes())]
     try:
-        span = float(node.GetNthIndexValue(last)) - float(node.GetNthIndexValue(0))
+        return unit * np.array(values, dtype=np.float64)
     except ValueError:
-        return None
-    return last / (span * unit) if span > 0 else None
+        return np.zeros(0)
 
 
 @functools.lru_cache(maxsize=64)

@@ -3065,6 +3065,10 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
         <translation>Die Bilder geben {rate:.4g} pro Sekunde an, eine andere Zahl als eingegeben wurde.</translation>
     </message>
     <message>
+        <source>{name}: by their times, images are missing after image {number}; frames are taken as evenly spaced.</source>
+        <translation>{name}: Den Zeiten nach fehlen Bilder nach Bild {number}; die Zeitpunkte gelten als gleichmäßig verteilt.</translation>
+    </message>
+    <message>
         <source>The result&apos;s poses are not of frame {frame}, which begins there nevertheless.</source>
         <translation>Die Lagen des Ergebnisses sind nicht die von Zeitpunkt {frame}, der trotzdem dort beginnt.</translation>
     </message>

@@ -3065,6 +3065,10 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
         <translation>Las imágenes indican {rate:.4g} por segundo, otro número que el introducido.</translation>
     </message>
     <message>
+        <source>{name}: by their times, images are missing after image {number}; frames are taken as evenly spaced.</source>
+        <translation>{name}: según sus tiempos, faltan imágenes después de la imagen {number}; se supone que los fotogramas están espaciados uniformemente.</translation>
+    </message>
+    <message>
         <source>The result&apos;s poses are not of frame {frame}, which begins there nevertheless.</source>
         <translation>Las poses del resultado no son las del instante {frame}, que empieza ahí de todos modos.</translation>
     </message>

@@ -3065,6 +3065,10 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
         <translation>Les images indiquent {rate:.4g} images par seconde, un autre nombre que celui saisi.</translation>
     </message>
     <message>
+        <source>{name}: by their times, images are missing after image {number}; frames are taken as evenly spaced.</source>
+        <translation>{name} : d&apos;après leurs temps, des images manquent après l&apos;image {number} ; les instants sont considérés comme régulièrement espacés.</translation>
+    </message>
+    <message>
         <source>The result&apos;s poses are not of frame {frame}, which begins there nevertheless.</source>
         <translation>Les poses du résultat ne sont pas celles de l&apos;instant {frame}, qui y commence néanmoins.</translation>
     </message>

@@ -3065,6 +3065,10 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
         <translation>画像は毎秒 {rate:.4g} フレームを示しており、入力された値と異なります。</translation>
     </message>
     <message>
+        <source>{name}: by their times, images are missing after image {number}; frames are taken as evenly spaced.</source>
+        <translation>{name}：時刻によると画像 {number} の後に画像が欠けています。フレームは等間隔とみなされます。</translation>
+    </message>
+    <message>
         <source>The result&apos;s poses are not of frame {frame}, which begins there nevertheless.</source>
         <translation>結果の姿勢はフレーム {frame} のものではありませんが、そこから開始します。</translation>
     </message>
