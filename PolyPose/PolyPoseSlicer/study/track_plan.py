@@ -257,8 +257,8 @@ def _notes(request: TrackRequest, cameras: tuple[PlannedCamera, ...], frames: ra
         registered = registered_frame(request, cameras)
         if registered != frames.start:
             notes.append(
-                _("The result's poses are not of frame {frame}, which begins there nevertheless.").format(
-                    frame=frames.start
-                )
+                _(
+                    "The result's poses belong to another frame than {frame}, which starts from them nevertheless."
+                ).format(frame=frames.start)
             )
     return notes

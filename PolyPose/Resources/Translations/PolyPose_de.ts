@@ -3069,7 +3069,7 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
         <translation>{name}: Den Zeiten nach fehlen Bilder nach Bild {number}; die Zeitpunkte gelten als gleichmäßig verteilt.</translation>
     </message>
     <message>
-        <source>The result&apos;s poses are not of frame {frame}, which begins there nevertheless.</source>
+        <source>The result&apos;s poses belong to another frame than {frame}, which starts from them nevertheless.</source>
         <translation>Die Lagen des Ergebnisses sind nicht die von Zeitpunkt {frame}, der trotzdem dort beginnt.</translation>
     </message>
 </context>

@@ -3069,7 +3069,7 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
         <translation>{name}: según sus tiempos, faltan imágenes después de la imagen {number}; se supone que los fotogramas están espaciados uniformemente.</translation>
     </message>
     <message>
-        <source>The result&apos;s poses are not of frame {frame}, which begins there nevertheless.</source>
+        <source>The result&apos;s poses belong to another frame than {frame}, which starts from them nevertheless.</source>
         <translation>Las poses del resultado no son las del instante {frame}, que empieza ahí de todos modos.</translation>
     </message>
 </context>

@@ -3069,7 +3069,7 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
         <translation>{name} : d&apos;après leurs temps, des images manquent après l&apos;image {number} ; les instants sont considérés comme régulièrement espacés.</translation>
     </message>
     <message>
-        <source>The result&apos;s poses are not of frame {frame}, which begins there nevertheless.</source>
+        <source>The result&apos;s poses belong to another frame than {frame}, which starts from them nevertheless.</source>
         <translation>Les poses du résultat ne sont pas celles de l&apos;instant {frame}, qui y commence néanmoins.</translation>
     </message>
 </context>

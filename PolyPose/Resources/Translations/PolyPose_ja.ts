@@ -3069,7 +3069,7 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
         <translation>{name}：時刻によると画像 {number} の後に画像が欠けています。フレームは等間隔とみなされます。</translation>
     </message>
     <message>
-        <source>The result&apos;s poses are not of frame {frame}, which begins there nevertheless.</source>
+        <source>The result&apos;s poses belong to another frame than {frame}, which starts from them nevertheless.</source>
         <translation>結果の姿勢はフレーム {frame} のものではありませんが、そこから開始します。</translation>
     </message>
 </context>
