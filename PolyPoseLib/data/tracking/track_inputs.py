@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 LOOKED_AT = 9
 """Images of a camera that stand for all of them: reading every one takes minutes."""
 
+PLACE_MM = 1e-6
+"""Places of the CT's voxels count to this."""
+
 
 @dataclass(frozen=True)
 class TrackInputs:
@@ -54,7 +57,7 @@ def inputs_of(sequence: Sequence) -> TrackInputs:
             digest.update(np.packbits(mask).tobytes())
         images[view.name] = digest.hexdigest()
     return TrackInputs(
-        ct=_digest(sequence.ct.affine, sequence.ct.voxels),
+        ct=_digest(_steps(sequence.ct.affine), sequence.ct.voxels),
         labels=_digest(sequence.structures.labels),
         images=images,
         first=options.first,
@@ -66,6 +69,14 @@ def spread(numbers: range, most: int = LOOKED_AT) -> list[int]:
     """At most so many numbers of a range, evenly spread, its first and last among them."""
     places = np.linspace(0, len(numbers) - 1, min(most, len(numbers))).round().astype(int)
     return [numbers[place] for place in dict.fromkeys(places.tolist())]
+
+
+def _steps(affine: np.ndarray) -> np.ndarray:
+    """An affine (4, 4), mm, in whole steps: whoever saves and opens a CT again takes its axes' lengths out and in.
+
+    Numbers that people and devices write lie amid a step, and not where the last bit decides between two.
+    """
+    return np.floor(np.asarray(affine, dtype=np.float64) / PLACE_MM + 1 / np.pi)
 
 
 def _digest(*arrays: np.ndarray) -> str:
