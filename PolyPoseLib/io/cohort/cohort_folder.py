@@ -20,14 +20,14 @@ MARK = "cohort.json"
 
 LOGS = "logs"
 
+WORKER_LOGS = "workers"
+"""Folder among the logs for what the machines say: there no log of a study, whatever its name, is in the way."""
+
 CLUSTER_LOG = "cluster.log"
-"""What the scheduler says, among the logs."""
+"""What the scheduler says, in that folder."""
 
 WORKERS_LOG = "workers.log"
-"""What scheduler and workers have kept of that until the end, among the logs."""
-
-WORKER_LOGS = "workers"
-"""Of the batch system's jobs, among the logs."""
+"""What scheduler and workers have kept of that until the end, in that folder."""
 
 VERSION = 1
 
@@ -41,7 +41,7 @@ def opened_cohort(folder: Path, source: Path) -> Iterator[Path]:
     folder : Path
         Of the cohort.
     source : Path
-        The list or folder of studies, which it must not be.
+        The list or folder of studies, which it must neither be nor hold.
 
     Yields
     ------
@@ -51,7 +51,7 @@ def opened_cohort(folder: Path, source: Path) -> Iterator[Path]:
     Raises
     ------
     InputError
-        It holds something else, cannot be made, is the folder of the studies, or another run holds it.
+        It holds something else, cannot be made, is or holds the folder of the studies, or another run holds it.
 
     """
     target = folder.resolve()
@@ -73,6 +73,8 @@ def _require_place(folder: Path, target: Path, source: Path) -> None:
         raise InputError(f"{folder}: the folder {target.parent} does not exist: make it first.")
     if target == source.resolve():
         raise InputError(f"{folder}: this is the folder of the studies: choose another --output.")
+    if source.is_dir() and source.resolve().is_relative_to(target):
+        raise InputError(f"{folder}: the studies in {source} are inside of it: choose another --output.")
     if not target.exists():
         return
     if not target.is_dir():

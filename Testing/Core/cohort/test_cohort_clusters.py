@@ -3,6 +3,8 @@
 import os
 import socket
 import ssl
+import subprocess
+import sys
 
 import pytest
 
@@ -61,6 +63,13 @@ def test_a_walltime_that_is_none_is_refused(folder, walltime):
         job_script(ClusterSettings("slurm", walltime=walltime), folder)
 
 
+def test_ctrl_c_stays_an_interrupt_when_the_packages_are_loaded():
+    script = "import signal; from PolyPoseLib.cohort.packages import require_packages; require_packages()\n"
+    script += "from PolyPoseLib.cohort.batch_systems import batch_cluster; signal.raise_signal(signal.SIGINT)"
+    ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    assert ended.returncode != 0 and "KeyboardInterrupt" in ended.stderr
+
+
 def test_schedulers_are_known_by_name_or_address():
     for name in ("local", "slurm", "tcp://node:8786", "tls://10.0.0.1:8786"):
         require_scheduler(name)
@@ -104,6 +113,8 @@ def test_workers_here_listen_on_the_loopback_alone_and_to_those_with_the_key(fol
         address = at.client.scheduler.address
         assert address.startswith("tls://127.0.0.1:")
         assert answer_without_the_key(int(address.rsplit(":", 1)[1])) == b""
+    assert (folder / "logs/workers/workers.log").is_file()
+    assert not list((folder / "logs").glob("*.log")), "a study may be called workers, or cluster"
 
 
 def answer_without_the_key(port: int) -> bytes:
