@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,6 +32,9 @@ WORKERS_LOG = "workers.log"
 
 VERSION = 1
 
+_LEFT_OVER = re.compile(rf"\.DS_Store|\.([0-9a-f]{{8}}-)?{re.escape(MARK)}(\.polypose-lock)?")
+"""What a run that was killed before its mark was written leaves, and what macOS puts everywhere."""
+
 
 @contextmanager
 def opened_cohort(folder: Path, source: Path) -> Iterator[Path]:
@@ -54,17 +58,26 @@ def opened_cohort(folder: Path, source: Path) -> Iterator[Path]:
         It holds something else, cannot be made, is or holds the folder of the studies, or another run holds it.
 
     """
-    target = folder.resolve()
+    target = _resolved(folder)
     if target.parent == source.resolve() / "derivatives" and source.is_dir():
         target.parent.mkdir(exist_ok=True)
     _require_place(folder, target, source)
     with locked(target, str(folder)):
-        for each in (target, target / OUTCOMES, target / LOGS, target / LOGS / WORKER_LOGS):
-            each.mkdir(exist_ok=True)
+        target.mkdir(exist_ok=True)
         with replaced_whole(target / MARK) as path:
             fields = {"version": VERSION, "program": "PolyPose", "polypose": __version__}
             path.write_text(json_text(fields), encoding="utf-8")
+        for each in (OUTCOMES, LOGS, f"{LOGS}/{WORKER_LOGS}"):
+            (target / each).mkdir(exist_ok=True)
         yield target
+
+
+def _resolved(folder: Path) -> Path:
+    """The path without links; raises InputError where they lead in a circle."""
+    try:
+        return folder.resolve()
+    except RuntimeError as error:  # of Python before 3.13
+        raise InputError(f"{folder}: this link leads in a circle: choose another --output.") from error
 
 
 def _require_place(folder: Path, target: Path, source: Path) -> None:
@@ -86,7 +99,7 @@ def _require_place(folder: Path, target: Path, source: Path) -> None:
                 f"{folder}: it is no cohort's folder of this version: choose a new or empty folder."
             )
         return
-    stranger = next(iter(sorted(os.listdir(target))), None)
+    stranger = next((each for each in sorted(os.listdir(target)) if not _LEFT_OVER.fullmatch(each)), None)
     if stranger is not None:
         raise InputError(
             f'{folder}: the folder holds files that are no cohort\'s ("{stranger}"): choose a new or empty folder.'
