@@ -183,6 +183,10 @@ def _client_of(address: str) -> Client:
         return Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         failure = one_line(str(error))
+    if "ssl_context" in failure:
+        failure = (
+            "Dask's settings name no certificate: distributed.comm.tls.ca-file, .client.cert and .client.key"
+        )
     gc.collect()  # a client that has failed must not be disposed of while another one starts: both would wait for ever
     raise InputError(
         f"--scheduler {address}: there is no Dask scheduler to be reached ({failure}): start one, or correct it."

@@ -87,11 +87,19 @@ def test_this_machine_is_divided_among_its_workers():
     assert local_workers(ClusterSettings(cores=3, memory_mib=500))[1] == {THREADS: 3, MEMORY: 500}
 
 
-def test_nobody_is_at_the_address(folder, monkeypatch):
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("tcp://127.0.0.1:9", "no Dask scheduler to be reached"),
+        ("tcp://", "no Dask scheduler to be reached .missing port"),
+        ("tls://127.0.0.1:9", r"name no certificate: distributed\.comm\.tls\.ca-file"),
+    ],
+)
+def test_nobody_is_at_the_address(folder, monkeypatch, address, said):
     monkeypatch.setattr("PolyPoseLib.cohort.clusters._CONNECT_SECONDS", 0.3)
     with (
-        pytest.raises(InputError, match="no Dask scheduler to be reached"),
-        machines(ClusterSettings("tcp://127.0.0.1:9"), folder),
+        pytest.raises(InputError, match=said),
+        machines(ClusterSettings(address), folder),
     ):
         pass
 
