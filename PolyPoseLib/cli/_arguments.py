@@ -25,15 +25,15 @@ def new_parser(
     return parser
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_options(parser: argparse.ArgumentParser, threads: str = "all") -> None:
     """The options of a registration that are common enough for a flag of their own; they win over the
-    study's.
+    study's.  threads: how many there are where the flag is not given, for the help.
     """
     parser.add_argument(
         "--preset", choices=CHOICES["preset"], help="accuracy against time (default: default)"
     )
     parser.add_argument("--device", choices=CHOICES["device"], help="where to compute (default: auto)")
-    parser.add_argument("--threads", type=int, metavar="N", help="CPU threads (default: all)")
+    parser.add_argument("--threads", type=int, metavar="N", help=f"CPU threads (default: {threads})")
     parser.set_defaults(computes=True)  # what every computation needs is checked before it is imported
     parser.add_argument("--seed", type=int, metavar="N", help="seed of every random choice (default: 0)")
 

@@ -42,7 +42,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--allow-outside", action="store_true", help="read files outside the list's and the studies' folders"
     )
-    add_options(parser)
+    add_options(parser, "1 a study")
     add_progress(parser)
     _add_machines(parser)
     _add_repetition(parser)

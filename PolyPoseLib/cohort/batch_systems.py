@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from PolyPoseLib.cohort.packages import jobqueue
 from PolyPoseLib.data.cohort.settings import MEMORY, THREADS, ClusterSettings
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.cohort.cohort_folder import LOGS, WORKER_LOGS
@@ -53,8 +54,6 @@ def batch_cluster(settings: ClusterSettings, folder: Path) -> Any:
         A walltime that is none, or the batch system's class refuses the settings.
 
     """
-    import dask_jobqueue
-
     if not _WALLTIME.fullmatch(settings.walltime):
         raise InputError(
             f"--walltime is {settings.walltime!r}: give hours, minutes, seconds, as in 24:00:00."
@@ -86,7 +85,7 @@ def batch_cluster(settings: ClusterSettings, folder: Path) -> Any:
     if settings.scheduler == "htcondor":
         given["disk"] = f"{resources[MEMORY]} MiB"
     try:
-        return getattr(dask_jobqueue, BATCH_SYSTEMS[settings.scheduler])(**given)
+        return getattr(jobqueue(), BATCH_SYSTEMS[settings.scheduler])(**given)
     except (ValueError, TypeError, OSError) as error:
         raise InputError(f"--scheduler {settings.scheduler}: the settings are refused: {error}.") from error
 

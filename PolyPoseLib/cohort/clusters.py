@@ -17,7 +17,7 @@ from PolyPoseLib import __version__
 from PolyPoseLib.cohort.batch_systems import BATCH_SYSTEMS, batch_cluster, worker_resources
 from PolyPoseLib.data.cohort.settings import MEMORY, THREADS, ClusterSettings
 from PolyPoseLib.errors import InputError, one_line, unknown_name
-from PolyPoseLib.io.cohort.cohort_folder import CLUSTER_LOG, LOGS, WORKERS_LOG
+from PolyPoseLib.io.cohort.cohort_folder import CLUSTER_LOG, LOGS, WORKER_LOGS, WORKERS_LOG
 from PolyPoseLib.io.machine_memory import memory_left
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def machines(settings: ClusterSettings, folder: Path) -> Iterator[Machines]:
         "distributed.nanny.pre-spawn-environ.DASK_LOGGING__DISTRIBUTED": "critical",  # of processes of this machine
     }
     with ExitStack() as stack:
-        stack.enter_context(_logged(folder / LOGS / CLUSTER_LOG))
+        stack.enter_context(_logged(folder / LOGS / WORKER_LOGS / CLUSTER_LOG))
         stack.enter_context(dask.config.set(limits))
         if settings.scheduler.startswith(_ADDRESSES):
             yield stack.enter_context(_connected(settings.scheduler, folder))
@@ -107,7 +107,7 @@ def machines(settings: ClusterSettings, folder: Path) -> Iterator[Machines]:
             )
             cluster.scale(jobs=settings.workers or 1)
         client = stack.enter_context(Client(cluster, set_as_default=False))
-        stack.callback(_collect_logs, client, folder / LOGS)
+        stack.callback(_collect_logs, client, folder / LOGS / WORKER_LOGS)
         yield Machines(client, _on_loopback(cluster.dashboard_link), resources)
 
 
@@ -155,7 +155,7 @@ def _on_loopback(link: str) -> str:
 def _connected(address: str, folder: Path) -> Iterator[Machines]:
     """A running scheduler."""
     with _client_of(address) as client, ExitStack() as stack:
-        stack.callback(_collect_logs, client, folder / LOGS)
+        stack.callback(_collect_logs, client, folder / LOGS / WORKER_LOGS)
         try:
             client.wait_for_workers(1, timeout=_WAIT_SECONDS)
         except TimeoutError as error:
@@ -183,6 +183,10 @@ def _client_of(address: str) -> Client:
         return Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         failure = one_line(str(error))
+    if "ssl_context" in failure:
+        failure = (
+            "Dask's settings name no certificate: distributed.comm.tls.ca-file, .client.cert and .client.key"
+        )
     gc.collect()  # a client that has failed must not be disposed of while another one starts: both would wait for ever
     raise InputError(
         f"--scheduler {address}: there is no Dask scheduler to be reached ({failure}): start one, or correct it."

@@ -95,9 +95,9 @@ def run_cohort(cohort: Cohort, progress: Callable[[CohortProgress], None]) -> li
     except KeyboardInterrupt as interrupt:
         found = [_known(cohort, entry, outcomes) for entry in cohort.entries]
         write_summary(cohort.folder, found)
-        done = sum(each.verdict != "not run" for each in found)
+        kept = sum(each.has_result for each in found)
         raise KeyboardInterrupt(
-            f"{done} of {len(found)} studies are done: run the same command again to go on"
+            f"{kept} of {len(found)} studies have a result: run the same command again to go on"
         ) from interrupt
     return write_summary(cohort.folder, [outcomes[entry.identity] for entry in cohort.entries])
 

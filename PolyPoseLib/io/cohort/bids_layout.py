@@ -80,7 +80,7 @@ def _folders(folder: Path, pattern: re.Pattern[str]) -> list[Path]:
 def _studies_in(folder: Path, place: PurePosixPath) -> Iterator[CohortEntry]:
     """The studies of one subject or session."""
     opening = "_".join(place.parts)
-    for each in sorted(folder.glob(f"*{STUDY_SUFFIX}")):
+    for each in sorted(folder.glob(f"[!.]*{STUDY_SUFFIX}")):  # macOS leaves "._..." beside files
         identity = each.name.removesuffix(STUDY_SUFFIX)
         if not identity.startswith(opening) or not _ENTITIES.fullmatch(identity[len(opening) :]):
             raise InputError(

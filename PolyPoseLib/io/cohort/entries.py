@@ -57,12 +57,13 @@ def _study_of_list(source: Path, where: str, name: str, allow_outside: bool) -> 
     folder = source.resolve().parent
     try:
         study = (folder / name).resolve()
+        if study.is_dir():
+            study = study / STUDY_FILE
     except (OSError, RuntimeError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
         raise InputError(
-            f'{source}: {where}: the "study" cannot be followed ({error}): correct it.'
+            f'{source}: {where}: the "study" cannot be followed ({reason}): correct it.'
         ) from error
-    if study.is_dir():
-        study = study / STUDY_FILE
     if not allow_outside and not study.is_relative_to(folder):
         raise InputError(
             f'{source}: {where}: the "study" is outside of the list\'s folder: move the list beside the studies, or '

@@ -26,15 +26,20 @@ def read_list(path: Path) -> list[tuple[int, str, str]]:
 
     """
     text = read_text(path, "a CSV file with the columns id,study, or a folder of studies", MAX_BYTES)
-    rows = csv.reader(io.StringIO(text, newline=""))
+    rows = csv.reader(io.StringIO(text, newline=""), strict=True)
     found: list[tuple[int, str, str]] = []
     try:
-        header = [each.strip().lower() for each in next(rows, [])]
+        first = next(filter(any, rows), [])
+        header = [each.strip().lower() for each in first]
         places = [_column(header, name, path) for name in COLUMNS]
         for row in rows:
             if not any(each.strip() for each in row):
                 continue
             cells = [row[place].strip() if place < len(row) else "" for place in places]
+            if any("\n" in each or "\r" in each for each in cells):
+                raise InputError(
+                    f"{path}: line {rows.line_num}: a cell goes over several lines: close its quotation mark."
+                )
             found.append((rows.line_num, cells[0], cells[1]))
             if len(found) > MAX_STUDIES:
                 require_count(len(found), str(path))

@@ -121,7 +121,9 @@ def test_progress_for_programs(studies, tmp_path, capsys, given):
 def test_an_interrupt_says_how_much_is_done(studies, tmp_path, capsys, given):
     given["statuses"] = {"b": 130}
     status, _, err = command(capsys, studies, "--output", tmp_path / "out")
-    assert status == 130 and "1 of 3 studies are done: run the same command again" in err and given["ended"]
+    assert (
+        status == 130 and "1 of 3 studies have a result: run the same command again" in err and given["ended"]
+    )
     assert "not run" in (tmp_path / "out/summary.csv").read_text()
 
 
@@ -165,6 +167,12 @@ def test_a_folder_that_is_no_cohorts_is_left_alone(studies, tmp_path, capsys, gi
     assert status == 2 and "this is the folder of the studies" in err
     status, _, err = command(capsys, studies, "--output", tmp_path / "absent/out")
     assert status == 2 and "does not exist" in err
+    assert command(capsys, studies, "--output", tmp_path / "out")[0] == 0
+    (tmp_path / "out/studies/a/study.json").write_text("{}")
+    jobs = given.pop("jobs")
+    given["jobs"] = []
+    status, _, err = command(capsys, tmp_path / "out/studies", "--output", tmp_path / "out")
+    assert len(jobs) == 3 and status == 2 and "are inside of it" in err
     assert not given["jobs"]
 
 
@@ -186,6 +194,12 @@ def test_a_data_set_gives_a_derivative(tmp_path, capsys, given):
     folder = source / "derivatives/polypose"
     assert json.loads((folder / "dataset_description.json").read_text())["DatasetType"] == "derivative"
     assert (folder / "sub-02/ses-a/sub-02_ses-a_polypose/result.json").is_file()
+
+
+def test_the_help_tells_the_threads_of_a_cohort(capsys):
+    with pytest.raises(SystemExit):
+        main(["cohort", "--help"])
+    assert "CPU threads (default: 1 a study)" in capsys.readouterr().out
 
 
 def test_missing_packages_are_named(studies, tmp_path, capsys, monkeypatch):

@@ -3,6 +3,8 @@
 import os
 import socket
 import ssl
+import subprocess
+import sys
 
 import pytest
 
@@ -61,6 +63,13 @@ def test_a_walltime_that_is_none_is_refused(folder, walltime):
         job_script(ClusterSettings("slurm", walltime=walltime), folder)
 
 
+def test_ctrl_c_stays_an_interrupt_when_the_packages_are_loaded():
+    script = "import signal; from PolyPoseLib.cohort.packages import require_packages; require_packages()\n"
+    script += "from PolyPoseLib.cohort.batch_systems import batch_cluster; signal.raise_signal(signal.SIGINT)"
+    ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    assert ended.returncode != 0 and "KeyboardInterrupt" in ended.stderr
+
+
 def test_schedulers_are_known_by_name_or_address():
     for name in ("local", "slurm", "tcp://node:8786", "tls://10.0.0.1:8786"):
         require_scheduler(name)
@@ -78,11 +87,19 @@ def test_this_machine_is_divided_among_its_workers():
     assert local_workers(ClusterSettings(cores=3, memory_mib=500))[1] == {THREADS: 3, MEMORY: 500}
 
 
-def test_nobody_is_at_the_address(folder, monkeypatch):
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("tcp://127.0.0.1:9", "no Dask scheduler to be reached"),
+        ("tcp://", "no Dask scheduler to be reached .missing port"),
+        ("tls://127.0.0.1:9", r"name no certificate: distributed\.comm\.tls\.ca-file"),
+    ],
+)
+def test_nobody_is_at_the_address(folder, monkeypatch, address, said):
     monkeypatch.setattr("PolyPoseLib.cohort.clusters._CONNECT_SECONDS", 0.3)
     with (
-        pytest.raises(InputError, match="no Dask scheduler to be reached"),
-        machines(ClusterSettings("tcp://127.0.0.1:9"), folder),
+        pytest.raises(InputError, match=said),
+        machines(ClusterSettings(address), folder),
     ):
         pass
 
@@ -104,6 +121,8 @@ def test_workers_here_listen_on_the_loopback_alone_and_to_those_with_the_key(fol
         address = at.client.scheduler.address
         assert address.startswith("tls://127.0.0.1:")
         assert answer_without_the_key(int(address.rsplit(":", 1)[1])) == b""
+    assert (folder / "logs/workers/workers.log").is_file()
+    assert not list((folder / "logs").glob("*.log")), "a study may be called workers, or cluster"
 
 
 def answer_without_the_key(port: int) -> bytes:

@@ -99,7 +99,7 @@ def test_one_that_takes_too_long_is_a_row_and_is_not_tried_again(scheduler, home
 def test_workers_that_do_not_see_the_folder_or_have_another_version_are_refused(
     scheduler, tmp_path, monkeypatch
 ):
-    (tmp_path / "logs").mkdir()
+    (tmp_path / "logs/workers").mkdir(parents=True)
     for answer, said in (((0, True), "has PolyPose 0"), ((dispatch_version(), False), "does not see")):
         monkeypatch.setattr("PolyPoseLib.cohort.clusters.worker_view", lambda folder, answer=answer: answer)
         with pytest.raises(InputError, match=said), machines(ClusterSettings(scheduler), tmp_path):

@@ -96,7 +96,7 @@ def test_rows_tell_reasons_and_measurements(first):
     assert 5 < outcomes["good"].peak_memory_mib < 500 and 0 < outcomes["good"].cpu_seconds < 30
     log = (output / "logs/crash.log").read_text()
     assert log.count("INFO: it began") == 3 and "attempt 3" in log
-    assert "scheduler" in (output / "logs/workers.log").read_text()
+    assert "scheduler" in (output / "logs/workers/workers.log").read_text()
     assert not list(home.rglob("*.partial"))
 
 
@@ -135,7 +135,7 @@ def test_an_interrupt_ends_the_registrations_and_keeps_what_is_finished(tmp_path
         wait_until(lambda: "slow" in {name for name, _, _ in runs(home)})
         raise KeyboardInterrupt
 
-    with opened_cohort(output, home) as folder, pytest.raises(KeyboardInterrupt, match="1 of 2 studies are"):
+    with opened_cohort(output, home) as folder, pytest.raises(KeyboardInterrupt, match="1 of 2 studies have"):
         settings = StudySettings(program=program(home), cache="usual")
         run_cohort(Cohort(read_entries(home / "list.csv", False), folder, settings, MACHINES), interrupt)
     check_interrupted(home, output, {"quick": "done", "slow": "not run"})
@@ -153,7 +153,7 @@ def test_ctrl_c_in_a_terminal_ends_it_in_order(tmp_path):
         _, err = process.communicate(timeout=60)
     finally:
         process.kill()
-    assert "1 of 3 studies are done" in err and "Traceback" not in err, err
+    assert "1 of 3 studies have a result" in err and "Traceback" not in err, err
     check_interrupted(home, output, {"quick": "done", "slow-1": "not run", "slow-2": "not run"})
 
 

@@ -91,12 +91,14 @@ def is_alive(process: int) -> bool:
 RUN = """
 import json, sys
 from pathlib import Path
+from PolyPoseLib.cohort.packages import require_packages
 from PolyPoseLib.cohort.run import Cohort, run_cohort
 from PolyPoseLib.data.cohort.settings import ClusterSettings, StudySettings
 from PolyPoseLib.io.cohort.cohort_folder import opened_cohort
 from PolyPoseLib.io.cohort.entries import read_entries
 
 if __name__ == "__main__":
+    require_packages()
     home, output, given = Path(sys.argv[1]), Path(sys.argv[2]), json.loads(sys.argv[3])
     program = (sys.executable, str(home / "stand_in.py"))
     study = StudySettings(program=program, cache="usual")

@@ -60,6 +60,12 @@ def errors_of(folder: Path) -> list[str]:
     return [f"{each['code']} {each['location']}" for each in issues if each["severity"] == "error"]
 
 
+def test_what_macos_leaves_beside_a_study_is_none(tmp_path):
+    folder = write_data_set(tmp_path / "hips", ("sub-01",))
+    (folder / "sub-01/._sub-01_study.json").write_bytes(b"\0")
+    assert [each.identity for each in read_entries(folder, False)] == ["sub-01"]
+
+
 def test_studies_are_found_by_subject_and_session(data_set):
     found = read_entries(data_set, False)
     assert [each.identity for each in found] == ["sub-01", "sub-02_ses-a", "sub-02_ses-b"]
