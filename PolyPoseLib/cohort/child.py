@@ -56,6 +56,7 @@ class Child:
         """Start it; raises OSError where the system refuses."""
         self._began = time.monotonic()
         self._asked = False
+        self._peak_mib = float("nan")
         with log.open("ab") as stream:
             self._process = subprocess.Popen(
                 list(command),
@@ -94,12 +95,14 @@ class Child:
         """Status, processor seconds and peak memory in MiB once it has ended."""
         if sys.platform == "win32":
             return self._poll_windows()
+        # What wait4 tells of memory counts what this process held when it started the other.
+        self._peak_mib = _peak_memory_mib(self._process.pid, self._peak_mib)
         pid, status, usage = os.wait4(self._process.pid, os.WNOHANG)
         if pid == 0:
             return None
         self._process.returncode = code = os.waitstatus_to_exitcode(status)
-        unit = 1 << 20 if sys.platform == "darwin" else 1 << 10
-        return code, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / unit
+        peak = usage.ru_maxrss / (1 << 20) if sys.platform == "darwin" else self._peak_mib
+        return code, usage.ru_utime + usage.ru_stime, peak
 
     def _poll_windows(self) -> tuple[int, float, float] | None:
         code = self._process.poll()
@@ -117,6 +120,15 @@ class Child:
             return
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(self._process.pid, signal.SIGKILL)
+
+
+def _peak_memory_mib(pid: int, before: float) -> float:
+    """Largest resident memory so far of a running process on Linux; ``before`` where nothing is told of it."""
+    with contextlib.suppress(OSError):
+        for line in Path(f"/proc/{pid}/status").read_text(errors="replace").splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) / (1 << 10)
+    return before
 
 
 def run_child(

@@ -68,7 +68,8 @@ class TrackForm:
             box.maximum = last
             box.value = min(value, last)
         _offer(ui.trackReference, names)
-        ui.trackReference.currentIndex = names.index(request.reference) if request and names else -1
+        reference = "" if request is None else request.reference
+        ui.trackReference.currentIndex = names.index(reference) if reference in names else -1
         ui.trackStart.currentIndex = _STARTS.index(settings.start)
         ui.trackBackward.checked = settings.backward
         ui.trackSmooth.checked = settings.smooth
