@@ -32,7 +32,16 @@ def bend(degrees=15.0):
     return {"femur_left": motion}
 
 
-@pytest.fixture(scope="module", params=[(1, "harmonic"), (-1, "harmonic"), (1, "elastic"), (-1, "elastic")])
+CASES = [
+    (1, "harmonic"),
+    (-1, "harmonic"),
+    (-1, "elastic"),
+    pytest.param((1, "elastic"), marks=pytest.mark.long),
+]
+"""Handedness of the CT, and law of its soft tissue."""
+
+
+@pytest.fixture(scope="module", params=CASES)
 def case(request):
     handedness, tissue = request.param
     ct, structures, source = phantom(handedness=handedness)

@@ -95,6 +95,7 @@ def test_forward_from_a_corrected_frame_all_is_well_and_what_was_before_is_kept(
     assert twice.corrections == (*found.corrections, Corrected(3, ("patella",), 1, 3))
 
 
+@pytest.mark.long
 def test_a_run_that_is_killed_at_any_step_goes_on_to_the_same_track(
     knee, knee_sequence, knee_track, monkeypatch
 ):
