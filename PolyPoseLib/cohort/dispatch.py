@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import math
 import queue
@@ -27,6 +28,8 @@ MORE_MEMORY = 1.5
 
 _KILLED = -9
 """Exit status of a process that was killed, as a rule for lack of memory."""
+
+_DISK_FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
 
 _TICK_SECONDS = 1.0
 
@@ -185,6 +188,8 @@ class Dispatcher:
                 identity,
                 "The worker ended while it registered, as a rule for lack of memory or at the end of its job's time.",
             )
+        if isinstance(error, OSError) and error.errno in _DISK_FULL:
+            return lost(identity, "The disk is full: free some space, and run the same command again.")
         return lost(
             identity, f"The worker failed ({type(error).__name__}: {cut(one_line(str(error)), 300)})."
         )

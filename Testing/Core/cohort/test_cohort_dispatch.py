@@ -1,5 +1,6 @@
 """Studies on a scheduler that is running already, whose workers stay: what they offer is kept to, and they are left."""
 
+import errno
 import json
 import os
 import threading
@@ -163,6 +164,21 @@ def test_a_study_waits_for_no_worker_that_is_gone(monkeypatch):
     finish(client.submitted[2], "a", Outcome("one", 0))
     thread.join(10)
     assert [each.verdict for each in found] == ["done"]
+
+
+def test_a_full_disk_is_told_in_plain_words():
+    client, job = Client("a"), StudyJob("one", "/s/study.json", "/c", "studies/one", 1000, StudySettings())
+    submit = client.submit
+
+    def failed(*given, **settings):
+        future = submit(*given, **settings)
+        future.status, future.exception = "error", lambda: OSError(errno.ENOSPC, "No space left on device")
+        future.add_done_callback = lambda tell: tell(future)
+        return future
+
+    client.submit = failed
+    (outcome,) = Dispatcher(Machines(client, "", None), "run", 0).outcomes([job])
+    assert outcome.reason.startswith("The disk is full: free some space") and outcome.transient
 
 
 def wait_until(condition, seconds=30):
