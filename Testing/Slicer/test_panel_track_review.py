@@ -181,7 +181,8 @@ class CorrectionTest(ReviewCase):
         self.nodes.remove()
         self.give_track()
         self.ui.trackButton.click()
-        self.segmentation.GetSegmentation().RemoveSegment("femur")
+        content = self.segmentation.GetSegmentation()
+        content.RemoveSegment(content.GetSegmentIdBySegmentName("femur"))
         self.end()
         folder = self.ui.trackMessage.text.rpartition(" is in ")[2].partition(" until ")[0]
         self.assertEqual(load_track(folder).names, track_scene_case.NAMES)

@@ -348,7 +348,9 @@ class TrackNodes:
 
     def _write(self, name: str, frame: int, matrix: np.ndarray) -> None:
         sequence = self.sequences.get(name)
-        node = sequence.GetDataNodeAtValue(str(frame)) if sequence is not None else None
+        if sequence is None:
+            return
+        node = sequence.GetDataNodeAtValue(str(frame))
         if node is not None and not _same(_matrix(node), matrix):
             node.SetMatrixTransformToParent(to_vtk(matrix))
             sequence.StorableModified()
