@@ -16,6 +16,9 @@ from typing import Any
 
 _PAUSE_SECONDS = 0.1
 
+_FIRST_PAUSE_SECONDS = 0.01
+"""Within the first second, so that a short process is measured, too."""
+
 _GRACE_SECONDS = 8.0
 """A process that was asked to end gets this long before it is killed; longer than it gives itself."""
 
@@ -80,7 +83,7 @@ class Child:
                 kill_at = now + _GRACE_SECONDS
             if kill_at is not None and now >= kill_at:
                 self._kill()
-            time.sleep(_PAUSE_SECONDS)
+            time.sleep(_PAUSE_SECONDS if now > self._began + 1 else _FIRST_PAUSE_SECONDS)
         self._kill()  # what it has started and left
         self._close_stdin()
         seconds = time.monotonic() - self._began

@@ -103,7 +103,7 @@ class WriterTest(SlicerTestCase):
             np.testing.assert_allclose(view.camera.extrinsic, extrinsic, atol=1e-12)
         np.testing.assert_allclose(sequence.initial_poses["femur"], moved)
         self.assertEqual((sequence.frames, sequence.options.start), (range(1, 5), "rest"))
-        self.assertIn("not of frame 1", " ".join(plan_of(request, XrayReader()).notes))
+        self.assertIn("another frame than 1", " ".join(plan_of(request, XrayReader()).notes))
 
     def test_no_name_of_a_node_reaches_a_file(self) -> None:
         for each in self.xrays.values():

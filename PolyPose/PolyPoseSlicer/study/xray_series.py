@@ -139,7 +139,8 @@ def _rate_of_index(node: slicer.vtkMRMLNode | None) -> float | None:
     if not len(steps):
         return None
     even = steps[steps <= MOST_STEPS * np.median(steps)]
-    return float(1 / even.mean()) if len(even) and even.mean() > 0 else None
+    # Times as decimal numbers are no more exact than this.
+    return float(f"{1 / even.mean():.9g}") if len(even) and even.mean() > 0 else None
 
 
 def _times(node: slicer.vtkMRMLNode | None) -> np.ndarray:
