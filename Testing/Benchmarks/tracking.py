@@ -267,7 +267,7 @@ def loop(truth: Truth, arguments: argparse.Namespace) -> dict[str, np.ndarray]:
     sequence = truth.sequence
     anchor = sequence.structures.index(sequence.reference)
     numbers = np.linspace(0, len(truth.poses) - 1, LOOP_FRAMES + 2).astype(int)[1:-1]
-    poses, covariances, seconds = [], [], []
+    poses, covariances, seconds, flagged = [], [], [], []
     for number in numbers:
         true = truth.poses[number, anchor]
         xrays = []
@@ -289,19 +289,19 @@ def loop(truth: Truth, arguments: argparse.Namespace) -> dict[str, np.ndarray]:
         seconds.append(time.process_time() - before)
         found = [result.structures[name] for name in sequence.structures.names]
         poses.append([each.fixed_to_moving @ true for each in found])
+        flagged.append([bool(each.doubts or result.distrust) for each in found])
         covariances.append(
             [
                 np.array(each.uncertainty["covariance"]) if each.uncertainty else np.full((6, 6), np.nan)
                 for each in found
             ]
         )
-    flags = np.zeros((len(numbers), len(sequence.structures.names)), bool)
     return {
         "frames": numbers,
         "poses": np.array(poses),
         "covariances": np.array(covariances),
-        "doubtful": flags,
-        "lost": flags,
+        "doubtful": np.array(flagged),
+        "lost": np.zeros((len(numbers), len(sequence.structures.names)), bool),
         "seconds": np.array(seconds),
     }
 
