@@ -59,17 +59,17 @@ class TrackLogic:
         """
         from PolyPoseLib.errors import UntrustedResultError
 
-        from .study.track_scene import TrackNodes
-        from .track_calls import show
+        from .track_calls import planned
 
         request = request or self.trackRequest()
-        run = self.startTracking(request, outputFolder)
+        plan = planned(request)
+        run = self.startTracking(request, outputFolder, plan=plan)
         try:
             run.wait_for_end(progress)
         except UntrustedResultError:
-            show(request, run.output, TrackNodes.of_scene())
+            self.showTrack(run.output, request, plan)
             raise
-        return show(request, run.output, TrackNodes.of_scene())
+        return self.showTrack(run.output, request, plan)
 
     def startTracking(
         self,

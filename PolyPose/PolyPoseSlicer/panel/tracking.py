@@ -175,9 +175,10 @@ class TrackPart:
             self._finish()
             self._take(run, task)
         else:
-            self._kept = task if frames_kept(task.output) else None
+            kept = frames_kept(task.output)
+            self._kept = task if kept else None
             self._finish()
-            self.say(self._interrupted_text(run))
+            self.say(self._interrupted_text(run, kept))
 
     def _take(self, run: TrackRun, task: _Task) -> None:
         """Put the track into the scene."""
@@ -200,8 +201,8 @@ class TrackPart:
         self._ui.trackProgress.setVisible(False)
         self._changed()
 
-    def _interrupted_text(self, run: TrackRun) -> str:
-        kept = frames_kept(run.output)
+    def _interrupted_text(self, run: TrackRun, kept: int) -> str:
+        """kept: frames that the run has left."""
         cancelled = isinstance(run.error, CancelledError)
         lines = [] if cancelled else [str(run.error)]
         if kept:
