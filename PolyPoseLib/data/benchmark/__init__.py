@@ -1,0 +1,1 @@
+"""Cases on which systems are compared, and what a system answers."""
