@@ -1,4 +1,4 @@
-"""What all tests share: sample data, a small heap, and how hypothesis draws examples.
+"""What all tests share: idle threads that sleep, sample data, a small heap, and how hypothesis draws examples.
 
 Samples are taken from the cache and fetched only where POLYPOSE_FETCH_SAMPLES asks for it. Hypothesis draws the same
 examples every time; ``--hypothesis-profile explore`` draws many others.
@@ -6,6 +6,11 @@ examples every time; ``--hypothesis-profile explore`` draws many others.
 
 import gc
 import os
+
+# Test processes share the cores, and threads that spin while they wait for others keep those from running: a small
+# matrix product then takes forty times its time. Children inherit this. Loops keep all their threads.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 from hypothesis import settings
