@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import atexit
+import pickle
+import shutil
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +20,9 @@ TERMINOLOGY = (
     "Segmentation category and type~SCT^123037004^Anatomical Structure~SCT^71341001^Femur"
     "~SCT^7771000^Left~Anatomic codes~^^~^^"
 )
+
+_saved: dict[bytes, Path] = {}
+"""Result folders by what was changed: drawing the report takes a second."""
 
 
 def rotation(axis: tuple[float, float, float], degrees: float) -> np.ndarray:
@@ -162,5 +169,11 @@ def result(
 
 
 def save_result(folder: Path, **changes) -> Path:
-    """A result folder as the core writes it."""
-    return result(**changes).save(folder)
+    """A result folder as the core writes it; the same changes are written once and copied then."""
+    key = pickle.dumps(sorted(changes.items()))
+    if key not in _saved:
+        home = tempfile.mkdtemp(prefix="polypose-results-")
+        atexit.register(shutil.rmtree, home, ignore_errors=True)
+        _saved[key] = result(**changes).save(Path(home) / "result")
+    shutil.copytree(_saved[key], folder)
+    return folder

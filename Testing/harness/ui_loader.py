@@ -10,8 +10,8 @@ from . import pythonqt
 from .ctk_widgets import ctkCollapsibleButton
 
 _substitutes: dict[str, type[QtWidgets.QWidget]] = {}
-_checked: set[bytes] = set()
-"""Files without a fault: every panel of every test loads the same one."""
+_checked: dict[bytes, tuple[bytes, list[list[str]]]] = {}
+"""Files without a fault, without their connections, and these: every panel of every test loads the same one."""
 
 
 def register(classes: list[type[QtWidgets.QWidget]]) -> None:
@@ -36,13 +36,14 @@ class QUiLoader(QtUiTools.QUiLoader):
         else:
             with open(source, "rb") as file:
                 text = file.read()
-        root = ElementTree.fromstring(text)
-        connections = self._take_connections(root)
         if text not in _checked:
+            root = ElementTree.fromstring(text)
+            connections = self._take_connections(root)
             self._check_classes(root)
-            _checked.add(text)
+            _checked[text] = ElementTree.tostring(root), connections
+        form, connections = _checked[text]
         buffer = QtCore.QBuffer()
-        buffer.setData(ElementTree.tostring(root))
+        buffer.setData(form)
         buffer.open(QtCore.QIODevice.OpenModeFlag.ReadOnly)
         with pythonqt.lenient():
             widget = super().load(buffer, parent)

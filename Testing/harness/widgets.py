@@ -118,16 +118,16 @@ class qMRMLNodeComboBox(StandIn):
     def _nodes(self) -> list[Any]:
         if self._scene is None:
             return []
-        nodes = [self._scene.GetNthNode(index) for index in range(self._scene.GetNumberOfNodes())]
-        return [node for node in nodes if self._fits(node)]
+        # Every node of a scene comes through here whenever one is added: read the properties once.
+        kinds, hidden, children = tuple(self.nodeTypes), self.showHidden, self.showChildNodeTypes
 
-    def _fits(self, node: Any) -> bool:
-        if node.GetHideFromEditors() and not self.showHidden:
-            return False
-        return any(
-            node.GetClassName() == kind or (self.showChildNodeTypes and node.IsA(kind))
-            for kind in self.nodeTypes
-        )
+        def fits(node: Any) -> bool:
+            if not any(node.GetClassName() == kind or (children and node.IsA(kind)) for kind in kinds):
+                return False
+            return hidden or not node.GetHideFromEditors()
+
+        nodes = self._scene.GetNodes()
+        return [node for node in map(nodes.GetItemAsObject, range(nodes.GetNumberOfItems())) if fits(node)]
 
     def _imported(self) -> None:
         """An import empties the model, and with it the selection, before it is filled anew."""
