@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import functools
 import importlib
 import importlib.util
 import re
@@ -61,7 +62,7 @@ def test_every_page_is_in_the_navigation() -> None:
 def test_commands_are_understood(page) -> None:
     for command in commands(page):
         words = shlex.split(command)
-        parser = build_parser()
+        parser = parser_of_all()
         if len(words) == 1 or words[0].isupper() or words[0].startswith("-"):
             assert words[0] in _subcommands(parser) or words[0] in _OTHER_WORDS
             continue
@@ -119,6 +120,12 @@ def test_the_site_builds_in_strict_mode(tmp_path) -> None:
     assert built.returncode == 0, built.stderr[-4000:]
     assert (tmp_path / "site/Resources/Screenshots/report.png").is_file()
     assert "--allow-outside" in (tmp_path / "site/command-line/index.html").read_text(encoding="utf-8")
+
+
+@functools.cache
+def parser_of_all() -> argparse.ArgumentParser:
+    """Made once: the pages name hundreds of commands."""
+    return build_parser()
 
 
 def _subcommands(parser: argparse.ArgumentParser) -> list[str]:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import atexit
+import functools
+import shutil
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -74,7 +78,21 @@ def track(numbers: Sequence[int] = tuple(range(FIRST, FIRST + FRAMES)), lost: in
 
 
 def save(folder: Path, found: Track | None = None) -> Path:
-    """The folder of a track with joint tables, as the core writes them."""
+    """The folder of a track with joint tables, as the core writes them; the usual one is written once and copied."""
+    if found is not None:
+        return _written(folder, found)
+    shutil.copytree(_usual_track(), folder)
+    return folder
+
+
+@functools.cache
+def _usual_track() -> Path:
+    home = Path(tempfile.mkdtemp(prefix="polypose-track-"))
+    atexit.register(shutil.rmtree, home, ignore_errors=True)
+    return _written(home / "track", track())
+
+
+def _written(folder: Path, found: Track) -> Path:
     from PolyPoseLib.data.structures import Structures
     from PolyPoseLib.data.tracking.sequence import Sequence as Tracked
     from PolyPoseLib.data.tracking.sequence import TrackView
@@ -83,7 +101,6 @@ def save(folder: Path, found: Track | None = None) -> Path:
     from PolyPoseLib.io.tracking.tracks import save_track
     from PolyPoseLib.kinematics.joint_motions import joint_motions
 
-    found = track() if found is None else found
     volume = Volume(scenes.voxels(), scenes.affine())
     labels = np.where(scenes.labels() <= 2, scenes.labels(), 0).astype(np.uint8)
     views = tuple(TrackView(name, each, _Images(), OFFSETS[name]) for name, each in found.cameras.items())
