@@ -156,7 +156,7 @@ class PanelCase(SlicerTestCase):
                     widget.delete()
         self.module.widgetRepresentation().reload()
 
-    def wait(self, condition: Callable[[], Any], seconds: float = 30.0) -> None:
+    def wait(self, condition: Callable[[], Any], seconds: float = 50.0) -> None:
         """Let the event loop run until a condition holds."""
         deadline = time.monotonic() + seconds
         while not condition():

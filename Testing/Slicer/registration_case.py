@@ -44,7 +44,7 @@ class RegistrationCase(SlicerTestCase):
         )
         return self.start(GIVE_RESULT.format(folder=folder))
 
-    def wait_for(self, run: registration.Registration, state: State, seconds: float = 10.0) -> None:
+    def wait_for(self, run: registration.Registration, state: State, seconds: float = 45.0) -> None:
         deadline = time.monotonic() + seconds
         while run.poll() is not state:
             self.assertFalse(run.state.ended, f"ended as {run.state}: {run.error}")
