@@ -69,7 +69,11 @@ class _Property:
 def _strict_setattr(self: Any, name: str, value: Any) -> None:
     """Refuse what PythonQt refuses on plain Qt objects: new attributes, values for signals and methods."""
     cls = type(self)
-    attribute = next((base.__dict__[name] for base in cls.__mro__ if name in base.__dict__), None)
+    attribute = None
+    for base in cls.__mro__:  # inspect.getattr_static takes ten times as long, and a panel sets thousands
+        if name in base.__dict__:
+            attribute = base.__dict__[name]
+            break
     if isinstance(attribute, QtCore.Signal) and isinstance(value, QtCore.SignalInstance):
         self.__dict__[name] = value  # PySide keeps a bound signal in its object
     elif isinstance(attribute, QtCore.Property):

@@ -118,7 +118,7 @@ class qMRMLNodeComboBox(StandIn):
     def _nodes(self) -> list[Any]:
         if self._scene is None:
             return []
-        # Every node of a scene comes through here whenever one is added: read the properties once.
+        # Read the properties once, and let the scene choose: every box comes here whenever any node is added.
         kinds, hidden, children = tuple(self.nodeTypes), self.showHidden, self.showChildNodeTypes
 
         def fits(node: Any) -> bool:
@@ -126,8 +126,15 @@ class qMRMLNodeComboBox(StandIn):
                 return False
             return hidden or not node.GetHideFromEditors()
 
-        nodes = self._scene.GetNodes()
-        return [node for node in map(nodes.GetItemAsObject, range(nodes.GetNumberOfItems())) if fits(node)]
+        return [node for node in self._candidates(kinds) if fits(node)]
+
+    def _candidates(self, kinds: tuple[str, ...]) -> list[Any]:
+        """Nodes of the scene in their order, at least those of these kinds."""
+        scene = self._scene
+        if len(kinds) == 1:
+            count = scene.GetNumberOfNodesByClass(kinds[0])
+            return [scene.GetNthNodeByClass(number, kinds[0]) for number in range(count)]
+        return [scene.GetNthNode(number) for number in range(scene.GetNumberOfNodes())]
 
     def _imported(self) -> None:
         """An import empties the model, and with it the selection, before it is filled anew."""
