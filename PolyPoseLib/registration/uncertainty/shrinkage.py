@@ -37,6 +37,8 @@ a humerus that is 0.3 mm off, its bone must not be pulled away from where the X-
 SIZES_MM = (1e-3, 100.0)
 """Range of the standard deviation a priori of a bone's displacement along each axis."""
 
+_LEVERS = np.array([LEVER_MM] * 3 + [1.0] * 3)
+
 
 def likeliest_poses(
     joint: JointResult,
@@ -104,7 +106,7 @@ def shrunk_poses(poses: np.ndarray, centres: np.ndarray, covariance: np.ndarray)
     )
     # Along these axes errors are independent with variance 1, and so are motions, with a variance of each their own.
     root = cholesky(covariance, lower=True)
-    half = solve_triangular(root, _covariance_of_motions(centres), lower=True)
+    half = solve_triangular(root, _covariance_of_motions(centres, np.ones(len(centres))), lower=True)
     variances, axes = eigh(solve_triangular(root, half.T, lower=True))
     variances = np.maximum(variances, 0)  # rounding
     along = axes.T @ solve_triangular(root, found, lower=True)
@@ -115,15 +117,27 @@ def shrunk_poses(poses: np.ndarray, centres: np.ndarray, covariance: np.ndarray)
 
     best: Any = minimize_scalar(unlikeliness, bounds=np.log(SIZES_MM), method="bounded")
     size = float(np.exp(best.x))
-    signal = size**2 * variances
-    kept = signal / (signal + POSE_STATED**-2)
-    likeliest = (root @ axes @ (kept * along)).reshape(-1, 6)
+    errors = covariance / POSE_STATED**2
+    alike = _expected(found, errors, _covariance_of_motions(centres, np.full(len(centres), size)))
+    # A bone that moved by more than the others, as arms do, is not one of theirs: its own motion is its size.
+    sizes = np.maximum(size, _own_sizes(alike))
+    likeliest = _expected(found, errors, _covariance_of_motions(centres, sizes)).reshape(-1, 6)
     shrunk = [about(perturbation(delta), centre) for delta, centre in zip(likeliest, centres, strict=True)]
     return np.array(shrunk), size
 
 
-def _covariance_of_motions(centres: np.ndarray) -> np.ndarray:
-    """(6 K, 6 K) a priori, of motions about the centres (K, 3) whose size is 1 mm."""
+def _expected(found: np.ndarray, errors: np.ndarray, prior: np.ndarray) -> np.ndarray:
+    """(P,) mean of what was found (P,) with errors of a covariance (P, P), given another one a priori (P, P)."""
+    return prior @ np.linalg.solve(prior + errors, found)
+
+
+def _own_sizes(motions: np.ndarray) -> np.ndarray:
+    """(K,) root mean square along the six axes, rotations by a lever, of each bone's motion out of (6 K,)."""
+    return np.sqrt(((motions.reshape(-1, 6) * _LEVERS) ** 2).mean(axis=1))
+
+
+def _covariance_of_motions(centres: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """(6 K, 6 K) a priori, of motions about the centres (K, 3) of sizes (K,)."""
     squares = ((centres[:, None] - centres[None]) ** 2).sum(axis=2)
     between = (1 - ALONE) * np.exp(-0.5 * squares / LENGTH_MM**2) + ALONE * np.eye(len(centres))
-    return np.kron(between, np.diag([LEVER_MM**-2.0] * 3 + [1.0] * 3))
+    return np.kron(between * np.outer(sizes, sizes), np.diag(_LEVERS**-2))

@@ -46,6 +46,12 @@ def deltas_of(poses: np.ndarray, centres: np.ndarray) -> np.ndarray:
     return np.array([perturbation_between(np.eye(4), p, c) for p, c in zip(poses, centres, strict=True)])
 
 
+def prior_of_size_1(centres: np.ndarray) -> np.ndarray:
+    distance = np.linalg.norm(centres[:, None] - centres[None], axis=2)
+    alike = ALONE * np.eye(len(centres)) + (1 - ALONE) * np.exp(-((distance / LENGTH_MM) ** 2) / 2)
+    return np.kron(alike, np.diag([LEVER_MM**-2.0] * 3 + [1.0] * 3))
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_where_nothing_moved_nothing_moves(seed: int) -> None:
     """Errors as large as stated, over SIZE_STATED, are no motion."""
@@ -97,8 +103,7 @@ def test_a_bone_that_hardly_shows_goes_with_its_neighbours(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_size_and_poses_are_those_of_textbooks(seed: int) -> None:
-    """Against densities by scipy and the dense formula of a Gaussian's mean given another."""
+def test_the_size_is_the_likeliest_by_scipys_density(seed: int) -> None:
     rng = np.random.default_rng(400 + seed)
     count = 5
     centres = centres_of(rng, count)
@@ -106,15 +111,43 @@ def test_size_and_poses_are_those_of_textbooks(seed: int) -> None:
     covariance = root @ root.T + whole([SHARP] * count)
     found = motions(rng, centres, 3.0)
     deltas = deltas_of(found, centres).reshape(-1)
-    distance = np.linalg.norm(centres[:, None] - centres[None], axis=2)
-    alike = ALONE * np.eye(count) + (1 - ALONE) * np.exp(-((distance / LENGTH_MM) ** 2) / 2)
-    unit = np.kron(alike, np.diag([LEVER_MM**-2.0] * 3 + [1.0] * 3))
+    unit = prior_of_size_1(centres)
 
     def likelihood(size_mm: float) -> float:
         spread = size_mm**2 * unit + covariance / SIZE_STATED**2
         return float(multivariate_normal(np.zeros(6 * count), spread).logpdf(deltas))
 
-    shrunk, size = shrunk_poses(found, centres, covariance)
+    size = shrunk_poses(found, centres, covariance)[1]
     assert likelihood(size) >= max(likelihood(size * factor) for factor in (0.5, 0.9, 1.1, 2.0)) - 1e-6
-    expected = size**2 * unit @ np.linalg.solve(size**2 * unit + covariance / POSE_STATED**2, deltas)
-    np.testing.assert_allclose(deltas_of(shrunk, centres).reshape(-1), expected, rtol=1e-5, atol=1e-7)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_bones_alike_are_shrunk_as_textbooks_say(seed: int) -> None:
+    """The mean of a Gaussian given another one; none of the bones moves by more than the common size."""
+    rng = np.random.default_rng(500 + seed)
+    centres = centres_of(rng, 4)
+    covariance = whole([VAGUE / 25] * 4)
+    deltas = np.tile([0.05, -0.05, 0.05, 2.5, -2.5, 2.5], (4, 1)) * rng.uniform(0.8, 1.0, (4, 1))
+    shrunk, size = shrunk_poses(posed(deltas, centres), centres, covariance)
+    own = np.sqrt(((deltas * ([LEVER_MM] * 3 + [1.0] * 3)) ** 2).mean(axis=1))
+    if own.max() < size:
+        unit = prior_of_size_1(centres)
+        errors = covariance / POSE_STATED**2
+        expected = size**2 * unit @ np.linalg.inv(size**2 * unit + errors) @ deltas.reshape(-1)
+        np.testing.assert_allclose(deltas_of(shrunk, centres).reshape(-1), expected, rtol=1e-5, atol=1e-7)
+    else:  # still between rest and what was found
+        assert (np.abs(deltas_of(shrunk, centres)) <= np.abs(deltas) + 1e-6).all()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_one_bone_that_moved_far_is_hardly_pulled_back(seed: int) -> None:
+    """An arm among ribs: its interval is wide, and yet it stays where the X-rays have it."""
+    rng = np.random.default_rng(600 + seed)
+    centres = centres_of(rng, 20)
+    deltas = deltas_of(motions(rng, centres, 1.0), centres)
+    far = rng.normal(0, 1, 6)
+    deltas[0] = 30.0 * far / np.linalg.norm(far) / ([LEVER_MM] * 3 + [1.0] * 3)
+    wide = np.diag([np.radians(4.0)] * 3 + [4.0] * 3) ** 2
+    shrunk, size = shrunk_poses(posed(deltas, centres), centres, whole([wide] + [SHARP] * 19))
+    change = (deltas_of(shrunk, centres)[0] - deltas[0]) * ([LEVER_MM] * 3 + [1.0] * 3)
+    assert size < 4.0 and np.linalg.norm(change) < 0.5
