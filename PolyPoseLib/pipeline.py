@@ -52,8 +52,10 @@ from PolyPoseLib.registration.uncertainty.checks import (
     reasons_for_distrust,
     score_views,
 )
+from PolyPoseLib.registration.uncertainty.covariance import joint_covariance
 from PolyPoseLib.registration.uncertainty.doubts import Evidence, disputed_warnings, doubts_about
 from PolyPoseLib.registration.uncertainty.intervals import structure_uncertainties, systematic_error
+from PolyPoseLib.registration.uncertainty.shrinkage import likeliest_poses
 from PolyPoseLib.rendering.select import resolve_device, select_backend
 
 
@@ -120,19 +122,24 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
     joint, final = fit.joint, fit.observations
     run = replace(run, soft_tissue=fit.soft_tissue)
     with monitor.timed("scoring"):
-        after = score_views(run, final, joint.poses)
         agreement = structure_agreement(run, final, joint.poses)
         names = [xray.name for xray in study.xrays]
         verdict = judge_cameras(run, names, final, cameras.uncertain)
         verdict.warnings.extend(stage_warnings(run, names, cameras.refined, final))
     with monitor.timed("uncertainty"):
         visibility = structure_visibility(run.scene, final, joint.poses)
+        inconsistent = agreement.inconsistent(run.scene.anchor)
         uncertainties = {}
         if options.uncertainty:
             systematic = systematic_error(study.ct, cameras.xrays, final, run.scene.anchor_centre)
+            covariance = joint_covariance(joint.problem, joint.state)
             uncertainties = structure_uncertainties(
-                run, joint, agreement, visibility.hidden_share, systematic
+                run, joint, covariance, agreement, visibility.hidden_share, systematic
             )
+            if preset.shrinks:
+                joint = joint.with_poses(likeliest_poses(joint, covariance, uncertainties, inconsistent))
+    with monitor.timed("scoring"):
+        after = score_views(run, final, joint.poses)
     evidence = Evidence(
         [xray.name or view_name(n) for n, xray in enumerate(study.xrays)],
         agreement,
@@ -143,7 +150,6 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
         breaks(run.scene, joint.poses),
     )
     doubts = doubts_about(run.scene, evidence)
-    inconsistent = agreement.inconsistent(run.scene.anchor)
     fitted = _Fitted(cameras, joint, final, before, after, evidence, doubts, inconsistent, verdict)
     return _result(study, options, run, fitted, device)
 

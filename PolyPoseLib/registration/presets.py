@@ -27,6 +27,8 @@ class Preset:
         Of the smooth warp, see :class:`SoftTissue`.
     unfolded : bool
         Whether folds are relaxed out of the written transform.
+    shrinks : bool
+        Whether poses are shrunk by a prior whose size they suggest, where their uncertainties are computed.
 
     """
 
@@ -36,6 +38,7 @@ class Preset:
     weight_frame: WeightFrame = "moving"
     rotation_reach_mm: float | None = 40.0
     unfolded: bool = True
+    shrinks: bool = True
 
 
 PRESETS: dict[str, Preset] = {
@@ -72,5 +75,6 @@ PRESETS: dict[str, Preset] = {
         weight_frame="fixed",
         rotation_reach_mm=None,
         unfolded=False,
+        shrinks=False,
     ),
 }

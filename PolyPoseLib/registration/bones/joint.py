@@ -112,11 +112,12 @@ def fit_structures(
 
     """
     total = sum(stage.level.iterations for stage in stages)
+    last_soft = max((n for n, stage in enumerate(stages) if stage.soft_motion), default=None)
     unplaced = [k for k in run.scene.moving if k not in placed]
     given = observations
     done = 0
     fitted: JointResult | None = None
-    for stage in stages:
+    for number, stage in enumerate(stages):
         if stage.without_objects:
             contradicted = structure_agreement(run, observations, poses).inconsistent(run.scene.anchor)
             observations = _without_objects(run, given, observations, poses, contradicted)
@@ -134,7 +135,10 @@ def fit_structures(
         here = run.named("bones").at_level(stage.level.size_mm)
         fit = _LevelFit(here, observations, stage, () if stage.holds_cameras else free_cameras)
         fitted = fit.fit(poses, done, total)
-        run = replace(run, soft_tissue=fit.views.run.soft_tissue)
+        soft_tissue = fit.views.run.soft_tissue
+        run = replace(
+            run, soft_tissue=soft_tissue.of_likeliest_size() if number == last_soft else soft_tissue
+        )
         poses = fitted.poses
         observations = [o.with_camera(c) for o, c in zip(observations, fitted.cameras, strict=True)]
         done += stage.level.iterations

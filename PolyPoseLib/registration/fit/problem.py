@@ -7,7 +7,7 @@ be held.  Everything that does not move rigidly enters a view as a static image 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -393,3 +393,7 @@ class JointResult:
     def poses(self) -> np.ndarray:
         """(K, 4, 4) fixed to moving."""
         return self.state.poses
+
+    def with_poses(self, poses: np.ndarray) -> JointResult:
+        """The same with other poses (K, 4, 4)."""
+        return replace(self, state=State(poses, self.state.corrections))

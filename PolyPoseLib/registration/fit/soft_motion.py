@@ -2,8 +2,9 @@
 
 One step of Gauss-Newton at a time, between the steps of the bones: the X-rays' residual against what the modes of
 :mod:`PolyPoseLib.registration.fit.soft_modes` do to the rendering, and against their prior. How large such a motion is
-along each axis the X-rays tell as well. That is stated, for what they do not show of it is likely as large, but the fit
-keeps its prior: with a narrower one it stopped short of large motions, and bones moved in their stead.
+along each axis the X-rays tell as well. That is stated, for what they do not show of it is likely as large. The fit
+keeps its prior: with a narrower one it stopped short of large motions, and bones moved in their stead. When it has
+ended, the motion becomes that of the size that was found, so that nothing moves where nothing seems to.
 """
 
 from __future__ import annotations

@@ -80,6 +80,12 @@ class SoftTissue:
         other.coefficients, other._equations = coefficients, equations
         return other
 
+    def of_likeliest_size(self) -> SoftTissue:
+        """The same with the motion that is likeliest where its size a priori is the one that the X-rays suggest."""
+        if self._equations is None:
+            return self
+        return self.with_motion(self._equations.likeliest, self._equations)
+
     @property
     def sizes(self) -> np.ndarray:
         """(3,) shares of the modes' variances a priori, along LPS x, y, z, that the X-rays suggest; 1 without them."""

@@ -150,8 +150,8 @@ class PoseUncertainty:
         return bool(delta @ np.linalg.solve(self.covariance, delta) <= chi2.ppf(level, 6))
 
 
-def pose_uncertainties(problem: RigidProblem, state: State) -> dict[int, PoseUncertainty]:
-    """Covariance of every free pose at a problem's optimum, the uncertainty of free cameras included.
+def joint_covariance(problem: RigidProblem, state: State) -> np.ndarray:
+    """Covariance of all free poses together at a problem's optimum, the uncertainty of free cameras included.
 
     Parameters
     ----------
@@ -160,8 +160,8 @@ def pose_uncertainties(problem: RigidProblem, state: State) -> dict[int, PoseUnc
 
     Returns
     -------
-    dict of int to PoseUncertainty
-        By index of the structure.
+    (6 F, 6 F) ndarray
+        Of the perturbations, as in :class:`PoseUncertainty`, of the free poses in their order.
 
     References
     ----------
@@ -176,9 +176,15 @@ def pose_uncertainties(problem: RigidProblem, state: State) -> dict[int, PoseUnc
     prior = noise * (INFLATION / unseen) ** 2
     inverse = np.linalg.inv(curvature + np.diag(prior))
     covariance = INFLATION**2 * inverse @ (spread + np.diag(noise * prior)) @ inverse
-    floor = np.diag([np.radians(SYSTEMATIC_ROTATION_DEG)] * 3 + [SYSTEMATIC_TRANSLATION_MM] * 3) ** 2
+    count = len(problem.free_poses)
+    floor = np.array([np.radians(SYSTEMATIC_ROTATION_DEG)] * 3 + [SYSTEMATIC_TRANSLATION_MM] * 3) ** 2
+    return covariance[: 6 * count, : 6 * count] + np.diag(np.tile(floor, count))
+
+
+def pose_uncertainties(problem: RigidProblem, covariance: np.ndarray) -> dict[int, PoseUncertainty]:
+    """Each free pose's part, by index of the structure, of the :func:`joint_covariance` (6 F, 6 F)."""
     return {
-        k: PoseUncertainty(covariance[6 * n : 6 * n + 6, 6 * n : 6 * n + 6] + floor)
+        k: PoseUncertainty(covariance[6 * n : 6 * n + 6, 6 * n : 6 * n + 6])
         for n, k in enumerate(problem.free_poses)
     }
 

@@ -44,6 +44,7 @@ have them, and bones were up to 3.3 mm off."""
 def structure_uncertainties(
     run: Run,
     joint: JointResult,
+    covariance: np.ndarray,
     agreement: Agreement,
     hidden: np.ndarray,
     systematic: PoseUncertainty | None = None,
@@ -56,6 +57,8 @@ def structure_uncertainties(
         The patient and the monitor.
     joint : JointResult
         Of the last level.
+    covariance : (6 F, 6 F) ndarray
+        Of all its free poses, see :func:`joint_covariance`.
     agreement : Agreement
         Of the structures with the X-rays.
     hidden : (K,) ndarray
@@ -70,7 +73,7 @@ def structure_uncertainties(
 
     """
     inconsistent = agreement.inconsistent(run.scene.anchor)
-    of_all = pose_uncertainties(joint.problem, joint.state)
+    of_all = pose_uncertainties(joint.problem, covariance)
     consistent = {k: each for k, each in of_all.items() if k not in inconsistent}
     apart = {k: each.apart_mm for each in reversed(breaks(run.scene, joint.poses)) for k in each.slipped}
     step = run.named("uncertainty").step

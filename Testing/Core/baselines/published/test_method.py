@@ -22,7 +22,7 @@ from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.errors import CancelledError
 from PolyPoseLib.pipeline import register
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
-from PolyPoseLib.registration.uncertainty.covariance import pose_uncertainties
+from PolyPoseLib.registration.uncertainty.covariance import joint_covariance, pose_uncertainties
 from PolyPoseLib.rendering.torch_backend import TorchBackend
 from PolyPoseLib.warp.weights import distance_maps
 
@@ -155,7 +155,7 @@ def test_progress_previews_and_cancelling(case):
 
 def test_uncertainty_of_the_found_poses(case):
     found = fit(case, (PaperLevel(10.0, 5),))
-    uncertainties = pose_uncertainties(found.problem, found.state)
+    uncertainties = pose_uncertainties(found.problem, joint_covariance(found.problem, found.state))
     assert set(uncertainties) == {1, 2}
     for uncertainty in uncertainties.values():
         assert np.linalg.eigvalsh(uncertainty.covariance).min() > 0

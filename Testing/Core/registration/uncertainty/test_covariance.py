@@ -12,6 +12,7 @@ from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.covariance import (
     UNSEEN_TRANSLATION_MM,
     PoseUncertainty,
+    joint_covariance,
     pose_uncertainties,
 )
 from PolyPoseLib.rendering.select import select_backend
@@ -42,6 +43,10 @@ def problem_of(scene: Scene, cameras: list[Camera], noise: float, bodies=None) -
     return problem
 
 
+def uncertainties_of(problem: RigidProblem) -> dict[int, PoseUncertainty]:
+    return pose_uncertainties(problem, joint_covariance(problem, REST))
+
+
 def two_cameras() -> list[Camera]:
     return view_cameras(phantom()[0], (0.0, 60.0), 120, detector_mm=330.0)
 
@@ -50,14 +55,14 @@ def test_a_view_that_shows_no_moving_bone_adds_nothing(scene: Scene) -> None:
     cameras = two_cameras()
     aside = perturbation(np.r_[np.zeros(3), 600.0, 0, 0])
     beside = [cameras[0].with_extrinsic(aside @ cameras[0].extrinsic), cameras[1]]
-    both = pose_uncertainties(problem_of(scene, beside, 0.1), REST)
+    both = uncertainties_of(problem_of(scene, beside, 0.1))
     for uncertainty in both.values():
         assert np.isfinite(uncertainty.covariance).all()
         assert np.linalg.eigvalsh(uncertainty.covariance).min() > 0
 
 
 def test_images_without_any_noise_leave_the_systematic_part(scene: Scene) -> None:
-    for uncertainty in pose_uncertainties(problem_of(scene, two_cameras(), 0.0), REST).values():
+    for uncertainty in uncertainties_of(problem_of(scene, two_cameras(), 0.0)).values():
         deviations = np.sqrt(np.diag(uncertainty.covariance))
         assert np.isfinite(deviations).all() and deviations[3:].max() < 1.0
 
@@ -66,7 +71,7 @@ def test_images_without_any_noise_leave_the_systematic_part(scene: Scene) -> Non
 def test_a_bone_that_is_nowhere_gets_the_interval_of_an_unseen_one(scene: Scene, noise: float) -> None:
     bodies = list(scene.bodies(4.0))
     empty = bodies[2].__class__(np.zeros_like(bodies[2].voxels), bodies[2].affine, bodies[2].centre)
-    uncertainties = pose_uncertainties(problem_of(scene, two_cameras(), noise, [*bodies[:2], empty]), REST)
+    uncertainties = uncertainties_of(problem_of(scene, two_cameras(), noise, [*bodies[:2], empty]))
     shifts = np.sqrt(np.diag(uncertainties[2].covariance))[3:]
     np.testing.assert_allclose(shifts, UNSEEN_TRANSLATION_MM, rtol=0.01)
     assert np.sqrt(np.diag(uncertainties[1].covariance))[3:].max() < 5

@@ -9,7 +9,11 @@ from PolyPoseLib.registration.articulations import ArticulationPrior, OneBonePri
 from PolyPoseLib.registration.fit.levels import Level, Observation, view_at
 from PolyPoseLib.registration.fit.problem import RigidProblem, State
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty, pose_uncertainties
+from PolyPoseLib.registration.uncertainty.covariance import (
+    PoseUncertainty,
+    joint_covariance,
+    pose_uncertainties,
+)
 from PolyPoseLib.registration.uncertainty.local_minima import widened_by_local_minima
 from PolyPoseLib.rendering.select import select_backend
 from PolyPoseLib.simulation.simulate import view_cameras
@@ -58,7 +62,7 @@ def deviation(uncertainty: PoseUncertainty) -> float:
 def test_a_bone_that_is_seen_at_one_place_keeps_its_interval(scene: Scene, seed: int) -> None:
     state = moved(scene, np.random.default_rng(seed))
     problem = problem_at(scene, state, (), seed)
-    uncertainties = pose_uncertainties(problem, state)
+    uncertainties = pose_uncertainties(problem, joint_covariance(problem, state))
     steps = []
     widened = widened_by_local_minima(
         problem, state, uncertainties, lambda n, total: steps.append((n, total))
