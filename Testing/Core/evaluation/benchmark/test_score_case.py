@@ -46,7 +46,7 @@ def test_the_true_field_scores_one_within_a_voxel(scores):
         assert row["tre_max_mm"] < 1e-3 and row["rest_tre_mean_mm"] > 5
         assert not row["lost"]
         flat = scores["true"]["held_out"]["structures"][name]
-        assert flat["dice"] > 0.95 and flat["views"] == 2
+        assert flat["dice"] > 0.93 and flat["views"] == 2
         assert flat["hd95_mm"] <= VOXEL * scored_case.SOURCE_TO_DETECTOR / 550  # magnified
 
 
