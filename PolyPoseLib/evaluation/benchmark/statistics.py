@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -283,8 +284,8 @@ def signed_rank(differences: np.ndarray) -> float | None:
         )  # fmt: skip
         return float(found.pvalue)
     method = "approx" if ties or len(kept) > 50 else "exact"
-    _, p = stats.wilcoxon(kept, method=method)
-    return float(p)
+    result: Any = stats.wilcoxon(kept, method=method)
+    return float(result.pvalue)
 
 
 def _without_rounding(differences: np.ndarray) -> np.ndarray:

@@ -4,33 +4,10 @@ import itertools
 
 import numpy as np
 import pytest
+from benchmark_rows import row
 from scipy.stats import rankdata
 
 from PolyPoseLib.evaluation.benchmark.statistics import holm, signed_rank, tables_of
-
-
-def row(system, subject, dice=None, status="done", views="2x30", **more):
-    scores = {
-        "groups": {"bones": {"dice": dice, "hd95_mm": more.pop("hd95", None)}},
-        "folds_percent": more.pop("folds", 0.0),
-        "sd_log_jacobian": 0.1,
-    }
-    return {
-        "case": f"{subject}-{views}",
-        "dataset": "drawn",
-        "subject": subject,
-        "views": views,
-        "system": system,
-        "status": status,
-        "reason": more.pop("reason", ""),
-        "seconds": 1.0,
-        "cpu_seconds": 1.0,
-        "peak_memory_mib": 100.0,
-        "notes": [],
-        "scores": scores if status == "done" else {},
-        **more,
-    }
-
 
 DICE = ("bones", "Dice", "")
 
