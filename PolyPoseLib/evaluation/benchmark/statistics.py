@@ -198,7 +198,8 @@ def _line(system: str, rows: Sequence[Row], columns: Sequence[Column], cases: in
     absent = cases - len({(row["subject"], row["case"]) for row in rows})
     if absent:
         reasons["skipped", "it was not run on these"] = absent
-    return Line(system, len(done), cases, cells, dict(reasons))
+    finished = {(row["subject"], row["case"]) for row in done}
+    return Line(system, len(finished), cases, cells, dict(reasons))
 
 
 def _comparable(column: Column, lines: Sequence[Line]) -> list[Line]:
