@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from PolyPoseLib.evaluation.benchmark.columns import Column, Row, columns_of
+from PolyPoseLib.evaluation.benchmark.columns import Column, Row, columns_of, view_set
 
 OURS = "polypose"
 """The system that is tested against its best rival."""
@@ -154,10 +154,10 @@ def tables_of(rows: Sequence[Row], ours: str = OURS) -> list[Table]:
         A system that has no row for a case of its table counts as not having finished it.
 
     """
-    places = dict.fromkeys((str(row["dataset"]), str(row["views"])) for row in rows)
+    places = dict.fromkeys((str(row["dataset"]), view_set(row)) for row in rows)
     return [
         _table(
-            dataset, views, [row for row in rows if (row["dataset"], row["views"]) == (dataset, views)], ours
+            dataset, views, [row for row in rows if (row["dataset"], view_set(row)) == (dataset, views)], ours
         )
         for dataset, views in places
     ]

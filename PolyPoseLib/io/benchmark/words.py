@@ -18,7 +18,7 @@ from PolyPoseLib.evaluation.benchmark.statistics import (
 
 LONGEST_REASON = 300
 
-_VIEWS = re.compile(r"([0-9]+)x([0-9.]+)")
+_VIEWS = re.compile(r"([0-9]{1,6})(?:x([0-9.]+)|-frames)", re.ASCII)
 
 
 def heading(table: Table) -> str:
@@ -26,8 +26,9 @@ def heading(table: Table) -> str:
     found = _VIEWS.fullmatch(table.views)
     views = one_line(table.views)
     if found is not None:
-        count, arc = found.groups()
-        views = "1 X-ray" if count == "1" else f"{count} X-rays over {arc} degrees"
+        views = counted(int(found[1]), "X-ray") + (
+            f" over {found[2]} degrees" if found[2] and found[1] != "1" else ""
+        )
     return f"{one_line(table.dataset)}, {views}, {counted(table.subjects, 'subject')}"
 
 
