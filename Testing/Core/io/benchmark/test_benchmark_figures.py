@@ -115,6 +115,7 @@ def test_weights_are_one_in_the_bone_where_its_pose_puts_it(case):
     assert 0.01 < found[0, 2, 1] < 0.99
 
 
+@pytest.mark.long
 def test_pictures_of_a_case(case, tmp_path):
     motion = Motion(scored_case.field_of(), {"femur": scored_case.MOTION})
     names = draw_case(case, motion, tmp_path, "a $ystem_name")
