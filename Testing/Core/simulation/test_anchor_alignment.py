@@ -12,7 +12,9 @@ from PolyPoseLib.simulation.anchor_alignment import align_anchor
 def _bone(points):
     """A body of a vertebra with a process at its back and one at its side."""
     solids = [((0, 0, 0), (20, 15, 12)), ((2, 22, -5), (5, 14, 7)), ((-22, 6, 3), (12, 5, 5))]
-    return np.any([(((points - centre) / np.array(radii)) ** 2).sum(-1) < 1 for centre, radii in solids], axis=0)
+    return np.any(
+        [(((points - centre) / np.array(radii)) ** 2).sum(-1) < 1 for centre, radii in solids], axis=0
+    )
 
 
 def _mask(affine, shape, motion=None):

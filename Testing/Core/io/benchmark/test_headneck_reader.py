@@ -27,7 +27,6 @@ from two_postures import (
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark import headneck
 
-
 _ = plain_rendering
 
 
@@ -66,7 +65,9 @@ def test_a_case_says_what_it_is(root, case):
 def test_the_marker_of_the_later_scan_appears_where_the_camera_says(case):
     """The X-rays are of the second CT and the cameras are stated in the first one's world."""
     for xray, camera in zip(case.study.xrays, case.truth.cameras, strict=True):
-        assert np.allclose(xray.extrinsic, camera.extrinsic) and np.allclose(xray.intrinsics, camera.intrinsics)
+        assert np.allclose(xray.extrinsic, camera.extrinsic) and np.allclose(
+            xray.intrinsics, camera.intrinsics
+        )
         expected = pixel_of(camera, MARKER)
         assert np.abs(spot(xray.image, expected) - expected).max() < 0.7
 
@@ -167,7 +168,9 @@ def _write_dicom(folder, is_second, date, names):
     reference = item(
         RTReferencedStudySequence=[item(RTReferencedSeriesSequence=[item(SeriesInstanceUID=series)])]
     )
-    whole.ReferencedFrameOfReferenceSequence[0].RTReferencedStudySequence = reference.RTReferencedStudySequence
+    whole.ReferencedFrameOfReferenceSequence[
+        0
+    ].RTReferencedStudySequence = reference.RTReferencedStudySequence
     drawn = folder / f"{date}-RTHEADNECK" / "1.000000-Structures"
     drawn.mkdir()
     saved(whole, drawn / "1-1.dcm")
