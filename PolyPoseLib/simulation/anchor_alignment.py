@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,8 +17,12 @@ _MARGIN_MM = 16.0
 _FARTHEST_MM = 12.0
 """Signed distances are cut there: what lies farther from a surface says nothing about where it is."""
 
+_BLUR_VOXELS = 1.2
+"""Of the coarser scan's largest spacing. A blurred mask tells its surface to a small part of a voxel; whole voxels lie
+up to half of one off, the same way over large parts of it."""
+
 _FEWEST_VOXELS = 64
-_COARSE_POINTS = 400
+_COARSE_POINTS = 200
 _FINE_POINTS = 4000
 """Of each surface, while starts are compared and in the end."""
 
@@ -56,9 +61,9 @@ class AnchorAlignment:
 def align_anchor(first: Volume, second: Volume) -> AnchorAlignment:
     """Align one bone's mask in a second scan to its mask in a first one.
 
-    Points of both surfaces should have the same signed distance in both scans (SimpleITK's Maurer filter). scipy's
-    least squares with a soft loss finds the motion, from the centroids upon each other and turns of 25 degrees either
-    way about each axis, of which the best is refined.
+    Points of both surfaces should have the same signed distance in both scans. scipy's least squares with a soft loss
+    finds the motion, from the centroids upon each other and turns of 25 degrees either way about each axis, by
+    distances between voxels (SimpleITK's Maurer filter). The best is refined by those that the blurred masks tell.
 
     Parameters
     ----------
@@ -79,15 +84,16 @@ def align_anchor(first: Volume, second: Volume) -> AnchorAlignment:
     for mask in (first, second):
         if np.count_nonzero(mask.voxels) < _FEWEST_VOXELS:
             raise InputError(f"the anchor has fewer than {_FEWEST_VOXELS} voxels in one of the scans.")
-    surfaces = (_Surface.of(first), _Surface.of(second))
-    coarse = _Fit(*surfaces, _COARSE_POINTS)
+    coarse = _Fit(_Surface.of(first), _Surface.of(second), _COARSE_POINTS)
     starts = [np.zeros(6)]
     for axis in range(3):
         for turn in (-_STARTS_DEG, _STARTS_DEG):
             starts.append(np.eye(6)[axis] * np.radians(turn) * _RADIUS_MM)
-    best = min((coarse.solve(start) for start in starts), key=lambda found: found[1])[0]
+    best = min((coarse.solve(start, 15) for start in starts), key=lambda found: found[1])[0]
+    blur_mm = _BLUR_VOXELS * float(max(first.spacing.max(), second.spacing.max()))
+    surfaces = (_Surface.of(first, blur_mm), _Surface.of(second, blur_mm))
     fine = _Fit(*surfaces, _FINE_POINTS)
-    parameters, _ = fine.solve(best)
+    parameters, _ = fine.solve(best, 60)
     to_first = fine.motion(parameters)
     centre = surfaces[1].centroid
     return AnchorAlignment(
@@ -107,8 +113,8 @@ class _Surface:
     centroid: np.ndarray
 
     @classmethod
-    def of(cls, mask: Volume) -> _Surface:
-        """From a mask."""
+    def of(cls, mask: Volume, blur_mm: float = 0.0) -> _Surface:
+        """From a mask, by whole voxels unless it is to be blurred."""
         from scipy.ndimage import binary_erosion
 
         box = bounding_box(mask.voxels)
@@ -117,14 +123,14 @@ class _Surface:
         corner = np.array([side.start for side in box])
         border = np.argwhere(whole & ~np.asarray(binary_erosion(whole), dtype=bool)) + corner
         centroid = mask.to_world((np.argwhere(whole) + corner).mean(axis=0)[::-1])
-        return cls(_distances(whole, corner, mask), mask.to_world(border[:, ::-1]), centroid)
+        return cls(_distances(whole, corner, mask, blur_mm), mask.to_world(border[:, ::-1]), centroid)
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """Signed distances (N,) at points (N, 3), cut at both ends."""
         from scipy.ndimage import map_coordinates
 
         index = self.distances.to_index(points)[:, ::-1].T
-        return map_coordinates(self.distances.voxels, index, order=1, mode="constant", cval=_FARTHEST_MM)
+        return map_coordinates(self.distances.voxels, index, order=1, mode="nearest")
 
 
 class _Fit:
@@ -150,10 +156,11 @@ class _Fit:
         back = self._first.at(_moved(motion, self._points[1])) - self._own[1]
         return np.concatenate([there, back]).astype(np.float64)
 
-    def solve(self, start: np.ndarray) -> tuple[np.ndarray, float]:
-        """Parameters (6,) of the least differences from a start, and what they cost."""
+    def solve(self, start: np.ndarray, evaluations: int) -> tuple[np.ndarray, float]:
+        """Parameters (6,) of the least differences from a start after so many evaluations, and what they cost."""
         from scipy.optimize import least_squares
 
+        slopes: Any = self._slopes  # scipy's stubs know names of schemes only
         found = least_squares(
             self.differences,
             start,
@@ -162,7 +169,7 @@ class _Fit:
             f_scale=_SOFT_MM,
             xtol=1e-5,
             ftol=1e-6,
-            max_nfev=60,
+            max_nfev=evaluations,
         )
         return found.x, float(found.cost)
 
@@ -183,7 +190,7 @@ def _moved(motion: np.ndarray, points: np.ndarray) -> np.ndarray:
     return points @ motion[:3, :3].T + motion[:3, 3]
 
 
-def _distances(whole: np.ndarray, corner: np.ndarray, mask: Volume) -> Volume:
+def _distances(whole: np.ndarray, corner: np.ndarray, mask: Volume, blur_mm: float) -> Volume:
     """Signed distance in mm to the surface of a mask's part, cut at both ends, on a coarser grid around it; float32."""
     import SimpleITK as sitk
 
@@ -192,6 +199,9 @@ def _distances(whole: np.ndarray, corner: np.ndarray, mask: Volume) -> Volume:
     affine[:3, 3] = mask.to_world((corner - margin)[::-1])
     image = sitk.GetImageFromArray(np.pad(whole.astype(np.uint8), [(n, n) for n in margin]))
     set_grid(image, affine)
+    if blur_mm > 0:
+        blurred = sitk.SmoothingRecursiveGaussian(sitk.Cast(image, sitk.sitkFloat32), [blur_mm] * 3)
+        return Volume(_from_blurred(sitk.GetArrayFromImage(blurred), blur_mm), affine)
     distance = sitk.SignedMaurerDistanceMap(
         image, insideIsPositive=False, squaredDistance=False, useImageSpacing=True
     )
@@ -209,3 +219,10 @@ def _distances(whole: np.ndarray, corner: np.ndarray, mask: Volume) -> Volume:
         sitk.sitkFloat32,
     )
     return Volume.from_sitk(sitk.Clamp(distance, sitk.sitkFloat32, -_FARTHEST_MM, _FARTHEST_MM))
+
+
+def _from_blurred(share: np.ndarray, blur_mm: float) -> np.ndarray:
+    """Signed distance in mm to a flat surface that a Gaussian made these shares of, cut at two of its deviations."""
+    from scipy.special import ndtri
+
+    return (-blur_mm * ndtri(np.clip(share, 0.0228, 0.9772))).astype(np.float32)

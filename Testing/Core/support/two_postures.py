@@ -60,8 +60,8 @@ def labels_at(points, is_second):
         SKULL  # without it a turn would be told by little
     )
     labels[_ellipsoid(points, (0, -24, -45), (7, 7, 26))] = TRACHEA
-    labels[_ellipsoid(at_c5, C5_CENTRE, (16, 12, 10))] = C5
-    labels[_ellipsoid(at_c5, np.add(C5_CENTRE, [0, 16, 0]), (4, 9, 6))] = C5
+    labels[_ellipsoid(at_c5, C5_CENTRE, (20, 14, 13))] = C5
+    labels[_ellipsoid(at_c5, np.add(C5_CENTRE, [0, 16, 0]), (7, 11, 8))] = C5
     return labels
 
 

@@ -102,6 +102,7 @@ def test_held_out_views_do_not_blame_a_motion_for_another_posture(case):
     assert pelvis.masks["pelvis"][ball[1], ball[0]]
 
 
+@pytest.mark.long
 def test_other_frames_can_be_asked_for(file):
     (case,) = deepfluoro.cases(file, "subject01", ["9+0"])
     assert case.views == "9+0" and [xray.name for xray in case.study.xrays] == ["frame 009", "frame 000"]

@@ -75,6 +75,7 @@ def test_x_rays_are_of_the_cbct_in_the_planning_cts_world(case):
     assert dice_of(case, (RIB,), np.eye(4)) < 0.7 < 0.9 < dice_of(case, (RIB,), np.linalg.inv(C5_MOTION))
 
 
+@pytest.mark.long
 def test_the_jsons_own_labels_win_over_totalsegmentators(tmp_path):
     names = {"0": {"36": "T4", "95": "Left Rib 4", "5": "Oesophagus"}}
     root = _write(tmp_path, 1, fields={"labels": names})
@@ -115,6 +116,7 @@ def test_paths_in_the_json_lead_nowhere_else(tmp_path):
     assert "leads out of" in _refusal(root)
 
 
+@pytest.mark.long
 def test_a_structure_that_the_planning_ct_cuts_off_is_scored_where_it_is_known(tmp_path):
     """The trachea goes on in the later scan below the end of the first: nobody could find that part."""
     root = _write(tmp_path, 1)
