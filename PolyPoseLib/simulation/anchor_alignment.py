@@ -164,7 +164,7 @@ class _Fit:
         found = least_squares(
             self.differences,
             start,
-            self._slopes,
+            slopes,
             loss="soft_l1",
             f_scale=_SOFT_MM,
             xtol=1e-5,
