@@ -291,6 +291,27 @@ def _slab_vectors(warp: AnyWarp, grid: Volume, slab: slice) -> tuple[np.ndarray,
     return _upsample(warp, affine, shape), affine
 
 
+def field_on(field: DisplacementField, affine: np.ndarray, shape: tuple[int, int, int]) -> DisplacementField:
+    """A field interpolated to the nodes of another grid, as its ``sample`` does but many times faster.
+
+    Parameters
+    ----------
+    field : DisplacementField
+        Fixed to moving.
+    affine : (4, 4) array
+        Index (i, j, k) of the other grid to fixed LPS mm.
+    shape : tuple[int, int, int]
+        Its nodes (k, j, i).
+
+    Returns
+    -------
+    DisplacementField
+        Trilinear between the field's nodes; beyond them the value of the nearest point.
+
+    """
+    return DisplacementField(_upsample(field, affine, shape), affine)
+
+
 def _upsample(field: DisplacementField, affine: np.ndarray, shape: tuple[int, int, int]) -> np.ndarray:
     """Displacements (k, j, i, 3) float32 on another grid; the value of the nearest point beyond the field."""
     to_index = np.linalg.inv(field.affine) @ affine

@@ -1,0 +1,1 @@
+"""Scores of compared systems, and what is said of them over subjects."""

@@ -1,0 +1,312 @@
+"""Systems over subjects: means, which is best, and whether it differs from its best rival by more than chance."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from PolyPoseLib.evaluation.benchmark.columns import Column, Row, columns_of
+
+OURS = "polypose"
+"""The system that is tested against its best rival."""
+
+REFERENCE = "rest"
+"""Doing nothing, which is no method: it stands in the tables without a rank."""
+
+LEAST_PAIRS = 6
+"""Below, no two-sided signed-rank test reaches 0.05: 2 / 2^5 is 0.0625."""
+
+_MOST_ENUMERATED = 13
+"""Pairs up to which all signs are enumerated where differences tie."""
+
+Key = tuple[str, str, str]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One system in one column.
+
+    Attributes
+    ----------
+    values
+        {subject: number}; the mean over a subject's cases where it has several.
+
+    """
+
+    values: Mapping[str, float]
+
+    @property
+    def mean(self) -> float:
+        """Over subjects."""
+        return float(np.mean(list(self.values.values())))
+
+    @property
+    def sd(self) -> float | None:
+        """Standard deviation over subjects (n - 1); None for one."""
+        return float(np.std(list(self.values.values()), ddof=1)) if len(self.values) > 1 else None
+
+
+@dataclass(frozen=True)
+class Line:
+    """One system in a table.
+
+    Attributes
+    ----------
+    system
+        Its name.
+    done, cases
+        How many cases it finished, of how many.
+    cells
+        {column: its numbers}; columns without any are absent.
+    reasons
+        {(status, reason): number of cases} of those that it did not finish.
+
+    """
+
+    system: str
+    done: int
+    cases: int
+    cells: Mapping[Key, Cell]
+    reasons: Mapping[tuple[str, str], int]
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether it finished every case, so that its means are over the same subjects as the others'."""
+        return self.done == self.cases
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A system against its best rival in one column.
+
+    Attributes
+    ----------
+    column
+        In which.
+    rival
+        The system with the best mean among those that finished every case.
+    pairs, differing
+        Subjects that both have, and those of them in which they differ.
+    better
+        Whether the system's mean over these subjects is the better one.
+    p, p_holm
+        Two-sided, of Wilcoxon's signed-rank test, and adjusted over the table's columns; None when there are too few
+        pairs.
+
+    """
+
+    column: Column
+    rival: str
+    pairs: int
+    differing: int
+    better: bool
+    p: float | None
+    p_holm: float | None = None
+
+
+@dataclass(frozen=True)
+class Table:
+    """One data set and set of views.
+
+    Attributes
+    ----------
+    dataset, views
+        Which.
+    subjects
+        Number of them.
+    columns, lines
+        Of the table, lines in the order in which the systems appear.
+    best, second
+        {column: systems whose printed mean is the best or the second best}; ties share a rank.
+    comparisons
+        Of one system against its best rivals.
+
+    """
+
+    dataset: str
+    views: str
+    subjects: int
+    columns: Sequence[Column]
+    lines: Sequence[Line]
+    best: Mapping[Key, frozenset[str]] = field(default_factory=dict)
+    second: Mapping[Key, frozenset[str]] = field(default_factory=dict)
+    comparisons: Sequence[Comparison] = ()
+
+
+def tables_of(rows: Sequence[Row], ours: str = OURS) -> list[Table]:
+    """One table per data set and set of views, in the order in which they appear.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Of all cases and systems, those that failed or were skipped included.
+    ours : str
+        The system that is tested against its best rival in every column.
+
+    Returns
+    -------
+    list of Table
+        A system that has no row for a case of its table counts as not having finished it.
+
+    """
+    places = dict.fromkeys((str(row["dataset"]), str(row["views"])) for row in rows)
+    return [
+        _table(
+            dataset, views, [row for row in rows if (row["dataset"], row["views"]) == (dataset, views)], ours
+        )
+        for dataset, views in places
+    ]
+
+
+def _table(dataset: str, views: str, rows: Sequence[Row], ours: str) -> Table:
+    columns = columns_of(rows)
+    cases = len({(row["subject"], row["case"]) for row in rows})
+    systems = dict.fromkeys(str(row["system"]) for row in rows)
+    lines = [
+        _line(system, [row for row in rows if row["system"] == system], columns, cases) for system in systems
+    ]
+    ranks = {column.key: _ranked(column, lines) for column in columns}
+    return Table(
+        dataset, views, len({row["subject"] for row in rows}), columns, lines,
+        {key: best for key, (best, _) in ranks.items()},
+        {key: second for key, (_, second) in ranks.items()},
+        _comparisons(columns, lines, ours),
+    )  # fmt: skip
+
+
+def _line(system: str, rows: Sequence[Row], columns: Sequence[Column], cases: int) -> Line:
+    done = [row for row in rows if row["status"] == "done"]
+    cells = {}
+    for column in columns:
+        by_subject: dict[str, list[float]] = {}
+        for row in done:
+            value = column.value(row)
+            if value is not None:
+                by_subject.setdefault(str(row["subject"]), []).append(value)
+        if by_subject:
+            cells[column.key] = Cell({subject: float(np.mean(each)) for subject, each in by_subject.items()})
+    reasons = Counter(
+        (str(row["status"]), str(row.get("reason") or "no reason was given"))
+        for row in rows
+        if row["status"] != "done"
+    )
+    absent = cases - len({(row["subject"], row["case"]) for row in rows})
+    if absent:
+        reasons["skipped", "it was not run on these"] = absent
+    return Line(system, len(done), cases, cells, dict(reasons))
+
+
+def _comparable(column: Column, lines: Sequence[Line]) -> list[Line]:
+    """The lines whose mean in a column is over all the subjects that any of them has a number of."""
+    known = [line for line in lines if column.key in line.cells and line.system != REFERENCE]
+    subjects = {subject for line in known for subject in line.cells[column.key].values}
+    return [line for line in known if line.is_whole and line.cells[column.key].values.keys() == subjects]
+
+
+def _ranked(column: Column, lines: Sequence[Line]) -> tuple[frozenset[str], frozenset[str]]:
+    """Systems with the best and the second best mean as it is printed; none where all print alike."""
+    if column.better is None:
+        return frozenset(), frozenset()
+    printed: dict[float, set[str]] = {}
+    for line in _comparable(column, lines):
+        printed.setdefault(float(f"{line.cells[column.key].mean:.{column.decimals}f}"), set()).add(
+            line.system
+        )
+    order = sorted(printed, reverse=column.better == "higher")
+    if len(order) < 2:
+        return frozenset(), frozenset()
+    return frozenset(printed[order[0]]), frozenset(printed[order[1]])
+
+
+def _comparisons(columns: Sequence[Column], lines: Sequence[Line], ours: str) -> list[Comparison]:
+    own = next((line for line in lines if line.system == ours), None)
+    found = [
+        each for column in columns if own is not None and (each := _compared(column, own, lines)) is not None
+    ]
+    adjusted = iter(holm([each.p for each in found if each.p is not None]))
+    return [
+        each if each.p is None else Comparison(**{**each.__dict__, "p_holm": next(adjusted)})
+        for each in found
+    ]
+
+
+def _compared(column: Column, own: Line, lines: Sequence[Line]) -> Comparison | None:
+    """A system against the best of the others in a column; None where there is none."""
+    rivals = [line for line in _comparable(column, lines) if line.system != own.system]
+    if not (column.tested and column.better and rivals and column.key in own.cells):
+        return None
+    sign = 1 if column.better == "higher" else -1
+    rival = max(rivals, key=lambda line: sign * line.cells[column.key].mean)
+    first, second = own.cells[column.key].values, rival.cells[column.key].values
+    subjects = [subject for subject in first if subject in second]
+    differences = np.array([first[subject] - second[subject] for subject in subjects])
+    differing = int(np.count_nonzero(_without_rounding(differences)))
+    better = bool(len(differences)) and sign * float(differences.mean()) > 0
+    return Comparison(column, rival.system, len(subjects), differing, better, signed_rank(differences))
+
+
+def signed_rank(differences: np.ndarray) -> float | None:
+    """Two-sided p of Wilcoxon's signed-rank test of paired differences.
+
+    Parameters
+    ----------
+    differences : (n,) array
+        Pairs without a difference are left out (Wilcoxon's way); differences within rounding tie.
+
+    Returns
+    -------
+    float or None
+        Exact up to 50 pairs without ties and 13 with, else by the normal distribution, corrected for ties. None for
+        fewer than 6 pairs that differ, with which no p below 0.05 is possible.
+
+    References
+    ----------
+    F. Wilcoxon, "Individual comparisons by ranking methods", Biometrics Bulletin 1945.
+
+    """
+    from scipy import stats
+
+    kept = _without_rounding(np.asarray(differences, dtype=np.float64))
+    kept = kept[kept != 0]
+    if len(kept) < LEAST_PAIRS:
+        return None
+    ties = len(np.unique(np.abs(kept))) < len(kept)
+    if ties and len(kept) <= _MOST_ENUMERATED:
+        ranks = stats.rankdata(np.abs(kept)) * np.sign(kept)
+        found = stats.permutation_test(
+            (ranks,), lambda x, axis: np.sum(x, axis=axis), permutation_type="samples", vectorized=True,
+            n_resamples=2 ** len(kept), alternative="two-sided",
+        )  # fmt: skip
+        return float(found.pvalue)
+    method = "approx" if ties or len(kept) > 50 else "exact"
+    result: Any = stats.wilcoxon(kept, method=method)
+    return float(result.pvalue)
+
+
+def _without_rounding(differences: np.ndarray) -> np.ndarray:
+    """Differences to nine digits of the largest."""
+    largest = float(np.abs(differences).max(initial=0.0))
+    if largest == 0:
+        return np.zeros_like(differences)
+    return np.round(differences / largest, 9)
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """Holm's adjusted p of a family of tests, in their order.
+
+    References
+    ----------
+    S. Holm, "A simple sequentially rejective multiple test procedure", Scand. J. Statistics 1979.
+
+    """
+    order = sorted(range(len(p_values)), key=lambda place: p_values[place])
+    adjusted, highest = [math.nan] * len(p_values), 0.0
+    for rank, place in enumerate(order):
+        highest = max(highest, min(1.0, (len(p_values) - rank) * p_values[place]))
+        adjusted[place] = highest
+    return adjusted

@@ -1,0 +1,133 @@
+"""What a benchmark's tables say besides numbers, the same in Markdown and LaTeX."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from PolyPoseLib.errors import cut, one_line
+from PolyPoseLib.evaluation.benchmark.columns import Column, Row
+from PolyPoseLib.evaluation.benchmark.statistics import (
+    LEAST_PAIRS,
+    REFERENCE,
+    Cell,
+    Comparison,
+    Line,
+    Table,
+)
+
+LONGEST_REASON = 300
+
+_VIEWS = re.compile(r"([0-9]+)x([0-9.]+)")
+
+
+def heading(table: Table) -> str:
+    """What a table is of: "headneck, 2 X-rays over 30 degrees, 5 subjects"."""
+    found = _VIEWS.fullmatch(table.views)
+    views = one_line(table.views)
+    if found is not None:
+        count, arc = found.groups()
+        views = "1 X-ray" if count == "1" else f"{count} X-rays over {arc} degrees"
+    return f"{one_line(table.dataset)}, {views}, {counted(table.subjects, 'subject')}"
+
+
+def counted(number: int, noun: str) -> str:
+    """A number with its noun: "1 subject", "2 subjects"."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def mean_sd(column: Column, cell: Cell | None) -> str:
+    """Mean and SD, "0.912(0.013)"; the mean alone for one subject, empty for none."""
+    if cell is None:
+        return ""
+    mean = f"{cell.mean:.{column.decimals}f}"
+    return mean if cell.sd is None else f"{mean}({cell.sd:.{column.decimals}f})"
+
+
+def name(line: Line) -> str:
+    """A system's name, with a dagger where it did not finish every case."""
+    mark = "" if line.is_whole or not line.done else "\u2020"
+    return one_line(line.system) + mark
+
+
+def remarks(line: Line) -> str:
+    """Why a system did not finish cases: "failed on 2 of 5: out of memory"; empty where it finished all."""
+    parts = [
+        f"{status} on {count} of {line.cases}: {cut(one_line(reason), LONGEST_REASON).rstrip('.')}"
+        for (status, reason), count in line.reasons.items()
+    ]
+    return "; ".join(parts)
+
+
+def notes(table: Table, rows: Sequence[Row]) -> list[str]:
+    """Sentences below a table; rows: those of the table."""
+    sentences = [
+        "Mean(SD) over subjects; best and second best are marked, means that print alike share a mark."
+        if table.subjects > 1
+        else "One subject: means without standard deviations."
+    ]
+    if any(line.system == REFERENCE for line in table.lines):
+        sentences.append(f'"{REFERENCE}" does nothing and has no rank.')
+    if any(not line.is_whole and line.done for line in table.lines):
+        sentences.append(
+            "\u2020 Not finished on every case: the means are over fewer subjects than the others' and have no rank."
+        )
+    pixels = sorted(
+        {scores["held_out"]["minimum_pixels"] for scores in _scores(rows) if scores.get("held_out")}
+    )
+    if pixels:
+        sentences.append(
+            "Held-out X-rays: silhouettes of the warped labels against the true ones, means over views; structures of "
+            f"fewer than {' or '.join(map(str, pixels))} pixels in the truth are left out. HD95 in mm: at the detector."
+        )
+    cut_off = sorted({each for scores in _scores(rows) for each in _marked(scores, "cut_off")})
+    if cut_off:
+        sentences.append(
+            "Reaching an end of the CT's or of the truth's grid, where both may show different parts: "
+            f"{', '.join(map(one_line, cut_off))}."
+        )
+    lost = {
+        line.system: count
+        for line in table.lines
+        if (count := sum(len(_marked(row["scores"], "lost")) for row in rows if _is_of(row, line)))
+    }
+    if lost:
+        told = ", ".join(f"{one_line(system)} {count}" for system, count in lost.items())
+        sentences.append(
+            f"Structures that a system pushed out of the truth's grid count with Dice 0 and an HD95 of the grid's "
+            f"diagonal: {told}."
+        )
+    if any(column.measure == "folds" for column in table.columns):
+        sentences.append(
+            "Folds: voxels of the CT whose Jacobian determinant is 0 or less, every field interpolated to those voxels."
+        )
+    return sentences
+
+
+def _is_of(row: Row, line: Line) -> bool:
+    return row["system"] == line.system and row["status"] == "done"
+
+
+def _scores(rows: Sequence[Row]) -> list[dict]:
+    return [row["scores"] for row in rows if row["status"] == "done" and row.get("scores")]
+
+
+def _marked(scores: dict, mark: str) -> list[str]:
+    """Structures that have a mark."""
+    return [name for name, each in (scores.get("structures") or {}).items() if each.get(mark)]
+
+
+def p_value(p: float | None) -> str:
+    """A p as it is printed, "0.031" or "< 0.001"; empty for none."""
+    if p is None:
+        return ""
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def verdict(comparison: Comparison) -> str:
+    """Which of the two has the better mean, or why nothing can be said."""
+    if comparison.differing == 0:
+        return "no difference"
+    if comparison.p is None:
+        return f"too few pairs that differ ({comparison.differing}; {LEAST_PAIRS} are needed)"
+    return "better" if comparison.better else "worse"
