@@ -11,7 +11,7 @@ from PolyPoseLib.benchmark.measures import Measures
 from PolyPoseLib.benchmark.systems import file_part
 from PolyPoseLib.data.benchmark.job import RunJob
 from PolyPoseLib.errors import cut, one_line
-from PolyPoseLib.io.benchmark.benchmark_folder import FIELDS, LOGS, ROWS
+from PolyPoseLib.io.benchmark.benchmark_folder import FIELDS, LOGS, PICTURES, ROWS
 from PolyPoseLib.io.benchmark.row_files import Row
 
 UNREAD = "unread"
@@ -38,6 +38,11 @@ def log_path(job: RunJob) -> Path:
 def field_path(job: RunJob) -> Path:
     """Where the field that a system found is written."""
     return Path(job.folder, FIELDS, f"{pair_name(job)}.h5")
+
+
+def pictures_path(job: RunJob) -> Path:
+    """The folder of the pictures of what a system did."""
+    return Path(job.folder, PICTURES, pair_name(job))
 
 
 def row_of(job: RunJob, status: str, reason: str, measures: Measures) -> Row:

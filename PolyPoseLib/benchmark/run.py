@@ -18,7 +18,7 @@ from pathlib import Path
 from PolyPoseLib import __version__
 from PolyPoseLib.benchmark.digests import file_digest, run_digest
 from PolyPoseLib.benchmark.processes import InterruptedRun, know_cases, run_system, unread_row
-from PolyPoseLib.benchmark.rows import UNREAD, field_path, row_path
+from PolyPoseLib.benchmark.rows import UNREAD, field_path, pictures_path, row_path
 from PolyPoseLib.benchmark.systems import NamedSystem
 from PolyPoseLib.cohort.child import end_children
 from PolyPoseLib.data.benchmark.job import DONE, CaseSource, KnownCase, RunJob, RunSettings
@@ -56,8 +56,8 @@ class Benchmark:
         Runs at the same time.
     limit_seconds : float or None
         A run that takes longer is ended.
-    keep_fields : bool
-        Whether the fields that were found are kept, too.
+    keep_fields, draw : bool
+        Whether the fields that were found are kept, and pictures drawn, too.
 
     """
 
@@ -69,6 +69,7 @@ class Benchmark:
     jobs: int = 1
     limit_seconds: float | None = None
     keep_fields: bool = False
+    draw: bool = False
 
 
 def run_benchmark(benchmark: Benchmark, progress: Callable[[BenchmarkProgress], None]) -> list[Row]:
@@ -204,8 +205,8 @@ class _Plan:
         given = str(self.benchmark.weights[system.name]) if weights else ""
         digest = run_digest(case.digest, self._code[system.name], settings, weights)
         folder = str(self.benchmark.folder)
-        keep = self.benchmark.keep_fields
-        return RunJob(case, system.name, system.path, settings, folder, digest, given, keep)
+        more = {"keep_field": self.benchmark.keep_fields, "draw": self.benchmark.draw}
+        return RunJob(case, system.name, system.path, settings, folder, digest, given, **more)
 
     def _end(self, key: tuple[int, int, int], row: Row, reused: bool = False) -> None:
         """A run has ended."""
@@ -225,7 +226,10 @@ def _finished_row(job: RunJob) -> Row | None:
     row = read_row(row_path(job))
     if row is None or row["digest"] != job.digest or row["status"] != DONE:
         return None
-    return None if job.keep_field and not field_path(job).is_file() else row
+    missing = (job.keep_field and not field_path(job).is_file()) or (
+        job.draw and not pictures_path(job).is_dir()
+    )
+    return None if missing else row
 
 
 _Tasks = list[Callable[[], "_Tasks"]]

@@ -14,16 +14,18 @@ from PolyPoseLib.benchmark.child_start import begin
 from PolyPoseLib.benchmark.digests import digest_of
 from PolyPoseLib.benchmark.measures import Measures, measured
 from PolyPoseLib.benchmark.motion_checks import require_motion
-from PolyPoseLib.benchmark.rows import field_path, row_of, row_path
+from PolyPoseLib.benchmark.rows import field_path, pictures_path, row_of, row_path
 from PolyPoseLib.benchmark.systems import load_system, require_packages
+from PolyPoseLib.data.benchmark.case import BenchmarkCase
 from PolyPoseLib.data.benchmark.job import DONE, FAILED, SKIPPED, RunJob
-from PolyPoseLib.data.benchmark.system import SystemSetting
+from PolyPoseLib.data.benchmark.system import Motion, SystemSetting
 from PolyPoseLib.errors import InputError, PolyPoseError, cut, is_out_of_memory, one_line
 from PolyPoseLib.evaluation.benchmark.scores import score_case
 from PolyPoseLib.io.benchmark.jobs import parse_job_text
 from PolyPoseLib.io.benchmark.row_files import write_row
 from PolyPoseLib.io.transforms import write_transform
 from PolyPoseLib.io.whole_files import replaced_whole
+from PolyPoseLib.io.whole_folders import claimed_folder
 
 
 @dataclass
@@ -78,10 +80,29 @@ def _run(job: RunJob, attempt: _Attempt) -> None:
     require_motion(motion, case.study)
     attempt.notes = tuple(cut(one_line(str(each)), 500) for each in motion.notes)
     attempt.scores = score_case(case, motion)
-    if job.keep_field:
-        attempt.step = "Its field could not be written"
-        with replaced_whole(field_path(job)) as path:
-            write_transform(motion.field, path)
+    for wanted, work in ((job.keep_field, _write_field), (job.draw, _draw)):
+        if wanted:
+            try:
+                work(job, case, motion)
+            except (InputError, OSError) as error:  # no reason to lose the scores
+                attempt.notes += (f"{work.__doc__} failed: {_sentence(error)}",)
+
+
+def _write_field(job: RunJob, case: BenchmarkCase, motion: Motion) -> None:
+    """Writing the field"""
+    field_path(job).parent.mkdir(exist_ok=True)
+    with replaced_whole(field_path(job)) as path:
+        write_transform(motion.field, path)
+
+
+def _draw(job: RunJob, case: BenchmarkCase, motion: Motion) -> None:
+    """Drawing the case"""
+    from PolyPoseLib.io.benchmark.figures import draw_case
+
+    place = pictures_path(job)
+    place.parent.mkdir(exist_ok=True)
+    with claimed_folder(place, overwrite=True, stranger_in=lambda _: None) as claim, claim.whole() as folder:
+        draw_case(case, motion, folder, job.system)
 
 
 def _unless_it_cannot(work: Callable[[], Any]) -> Any:

@@ -70,6 +70,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("--resume", action="store_true", help="run what has no scores yet, or has changed")
     parser.add_argument("--keep-fields", action="store_true", help="keep the displacement field of every run")
+    parser.add_argument(
+        "--draw", action="store_true", help="draw what every run left wrong, and what moved what"
+    )
     group = parser.add_argument_group("fair conditions, the same for all systems")
     group.add_argument(
         "--threads", type=int, default=1, metavar="N", help="CPU threads of a run (default: 1)"
@@ -130,6 +133,7 @@ def run(arguments: argparse.Namespace) -> int:
             jobs=arguments.jobs,
             limit_seconds=arguments.limit,
             keep_fields=arguments.keep_fields,
+            draw=arguments.draw,
         )
         display = progress_display(arguments.progress)
         try:

@@ -96,8 +96,8 @@ class RunJob:
         SHA256 of all that the row depends on.
     weights : str
         Its file of trained weights; empty without.
-    keep_field : bool
-        Whether the field is written, too.
+    keep_field, draw : bool
+        Whether the field is written, and pictures of the case, too.
 
     """
 
@@ -109,3 +109,4 @@ class RunJob:
     digest: str
     weights: str = ""
     keep_field: bool = False
+    draw: bool = False

@@ -19,7 +19,8 @@ from PolyPoseLib.io.whole_files import replaced_whole
 MARK = "benchmark.json"
 """The file by which a folder is known to be a benchmark's."""
 
-CASES, ROWS, LOGS, FIELDS = "cases", "rows", "logs", "fields"
+CASES, ROWS, LOGS = "cases", "rows", "logs"
+TABLES, FIGURES, FIELDS, PICTURES = "tables", "figures", "fields", "pictures"
 """Folders in it."""
 
 VERSION = 1

@@ -54,6 +54,7 @@ def parse_job_text(text: str) -> RunJob:
         digest=record.required("digest", nonempty),
         weights=record.required("weights", string),
         keep_field=record.required("keep_field", boolean),
+        draw=record.required("draw", boolean),
     )
 
 

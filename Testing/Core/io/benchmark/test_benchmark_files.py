@@ -22,7 +22,7 @@ from PolyPoseLib.io.cohort.cohort_folder import opened_cohort
 
 SOURCE = CaseSource("headneck", "/data/é \"q'", "subject01", "2x30")
 CASE = KnownCase(SOURCE, "subject01-2x30", "subject01", "2x30", "d1")
-JOB = RunJob(CASE, "x", "my:X", RunSettings(2, "cuda", 3), "/out", "d2", "/w.pt", keep_field=True)
+JOB = RunJob(CASE, "x", "my:X", RunSettings(2, "cuda", 3), "/out", "d2", "/w.pt", keep_field=True, draw=True)
 ROW = {
     "case": "a-2x30", "dataset": "simulated", "subject": "a", "views": "2x30", "system": "rest", "status": "done",
     "reason": "", "seconds": 1.5, "cpu_seconds": None, "peak_memory_mib": 2.0, "notes": ["n"],

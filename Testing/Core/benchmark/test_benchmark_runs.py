@@ -1,0 +1,225 @@
+"""What is run, what is known from earlier runs, and what becomes of systems that fail; all in this process."""
+
+import json
+import os
+import shutil
+import sys
+from dataclasses import replace
+
+import pytest
+import SimpleITK as sitk
+from benchmark_case import MY_SYSTEMS, write_benchmark_data
+
+from PolyPoseLib import benchmark
+from PolyPoseLib.benchmark import know_cases, processes, run_system
+from PolyPoseLib.benchmark.case_reading import read_known
+from PolyPoseLib.benchmark.run import Benchmark, comparable_rows, run_benchmark
+from PolyPoseLib.benchmark.systems import named_systems
+from PolyPoseLib.cohort.child import ChildEnd
+from PolyPoseLib.data.benchmark.job import CaseSource, RunSettings
+from PolyPoseLib.io.benchmark.benchmark_folder import opened_benchmark
+from PolyPoseLib.io.benchmark.row_files import read_row, write_row
+
+MAINS = {f"{benchmark.__name__}.{each}": globals()[each].main for each in ("know_cases", "run_system")}
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    return write_benchmark_data(tmp_path_factory.mktemp("simulated") / "data", "case-1")
+
+
+@pytest.fixture
+def home(tmp_path, written, monkeypatch):
+    """A folder with data and systems, in which processes are calls within this one, one after another."""
+    shutil.copytree(written, tmp_path / "data")
+    (tmp_path / "my_systems.py").write_text(MY_SYSTEMS)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    started = []
+
+    def run_child(command, environment, log, run, limit):
+        started.append(command[2].rpartition(".")[2])
+        sys.modules.pop("my_systems", None)
+        said = sys.stderr
+        with log.open("a") as sys.stderr:
+            try:
+                status = MAINS[command[2]](command[3:])
+            finally:
+                sys.stderr = said
+        return ChildEnd(status, 1.0, 1.0, 1.0, False, False)
+
+    for module in (know_cases, run_system):
+        monkeypatch.setattr(module, "begin", lambda: None)
+    monkeypatch.setattr(processes, "run_child", run_child)
+    yield tmp_path, started
+    sys.modules.pop("my_systems", None)
+
+
+def run(home, *methods, views=("own",), progress=lambda step: None, **more):
+    """The rows of a run of these systems."""
+    data = home / "data"
+    more = {"settings": RunSettings(), **more}
+    with opened_benchmark(home / "out", "simulated", data, True) as folder:
+        sources = tuple(CaseSource("simulated", str(data), "case-1", each) for each in views)
+        return run_benchmark(Benchmark(sources, named_systems(methods), folder, **more), progress)
+
+
+def change_one_voxel(home):
+    """Of the CT, by 1 HU."""
+    path = str(home / "data/case-1/ct.nii.gz")
+    image = sitk.ReadImage(path)
+    image[3, 4, 5] += 1
+    sitk.WriteImage(image, path)
+
+
+def test_what_is_finished_is_not_run_again_until_something_changes(home):
+    home, started = home
+    steps = []
+    first = run(home, "rest", "m=my_systems:Mine", progress=steps.append)
+    assert started == ["know_cases", "run_system", "run_system"]
+    assert [(each.system, each.status, each.reused, each.iteration, each.of) for each in steps] == [
+        ("rest", "done", False, 1, 2),
+        ("m", "done", False, 2, 2),
+    ]
+    assert json.loads(steps[1].to_json())["system"] == "m"
+    started.clear()
+    assert run(home, "rest", "m=my_systems:Mine", progress=steps.append) == first and not started
+    assert [each.reused for each in steps] == [False, False, True, True]
+    # A user's own system was changed.
+    (home / "my_systems.py").write_text(MY_SYSTEMS + "\n# changed\n")
+    run(home, "rest", "m=my_systems:Mine")
+    assert started == ["run_system"]
+    # Other settings.
+    started.clear()
+    run(home, "rest", settings=RunSettings(threads=2))
+    assert started == ["run_system"]
+    # What is asked beside the scores is not there.
+    started.clear()
+    rows = run(home, "rest", settings=RunSettings(threads=2), keep_fields=True)
+    assert started == ["run_system"] and (home / "out/fields/case-1-2x60--rest.h5").is_file()
+    assert rows[0]["status"] == "done" and not rows[0]["notes"]
+
+
+def test_changed_data_are_read_and_run_again_and_touched_ones_only_read(home):
+    home, started = home
+    first = run(home, "rest")
+    started.clear()
+    ct = home / "data/case-1/ct.nii.gz"
+    os.utime(ct, (1, 1))
+    assert run(home, "rest") == first and started == ["know_cases"]
+    started.clear()
+    change_one_voxel(home)
+    (row,) = run(home, "rest")
+    assert started == ["know_cases", "run_system"] and row["case_digest"] != first[0]["case_digest"]
+
+
+def test_data_that_change_between_reading_and_running_give_no_scores(home, monkeypatch):
+    home, _ = home
+    known = know_cases.known_cases
+
+    def changed_afterwards(source):
+        cases = known(source)
+        change_one_voxel(home)
+        return cases
+
+    monkeypatch.setattr(know_cases, "known_cases", changed_afterwards)
+    (row,) = run(home, "rest")
+    assert row["status"] == "failed" and "its data have changed meanwhile" in row["reason"]
+
+
+@pytest.mark.parametrize(
+    ("system", "status", "said"),
+    [
+        ("Raises", "failed", "The system failed: ZeroDivisionError: of "),
+        ("Leaves", "failed", "The system failed: SystemExit: 0"),
+        (
+            "NeedsMore",
+            "skipped",
+            "mine needs no-such-package-4711[extra]>=2, not installed here: pip install",
+        ),
+        ("Refuses", "skipped", "It takes one view, not 2: give --views 1x0."),
+        ("Weighs", "failed", "The system failed: KeyError: 'mine'"),
+        ("Changes", "failed", "it changed the study that it was given"),
+        ("Coarse", "failed", "nodes 12.00 mm apart"),
+        ("NoFit", "skipped", 'a method "fit(study, setting)"'),
+        ("Absent", "skipped", "no class of that name"),
+        ("Unconstructed", "failed", "The system could not be loaded: TypeError"),
+    ],
+)
+def test_a_system_without_scores_has_a_row_that_says_why(home, system, status, said):
+    home, _ = home
+    (row,) = run(home, f"my_systems:{system}")
+    assert row["status"] == status and said in row["reason"] and row["reason"].isprintable()
+    assert row["scores"] == {} and row == read_row(home / f"out/rows/case-1-2x60--my_systems.{system}.json")
+    assert str(home / "out") not in row["reason"]
+
+
+def test_what_has_no_scores_is_run_again_since_what_it_lacked_may_be_there_now(home):
+    home, started = home
+    for _ in range(2):
+        run(home, "my_systems:NeedsMore")
+    assert started == ["know_cases", "run_system", "run_system"]
+
+
+def test_weights_reach_the_system_under_its_own_name_and_count_by_their_content(home):
+    home, started = home
+    weights = home / "weights.txt"
+    weights.write_text("first")
+    given = {"weights": {"w": weights}}
+    (row,) = run(home, "w=my_systems:Weighs", **given)
+    assert row["status"] == "done" and row["notes"] == ["first"] and row["system"] == "w"
+    started.clear()
+    os.utime(weights, (1, 1))
+    run(home, "w=my_systems:Weighs", **given)
+    assert not started
+    weights.write_text("second")
+    (row,) = run(home, "w=my_systems:Weighs", **given)
+    assert row["notes"] == ["second"]
+
+
+def test_a_case_that_cannot_be_read_gives_every_system_a_row_and_the_others_go_on(home):
+    home, started = home
+    (home / "data/case-1/truth/truth.json").write_text("{")
+    rows = run(home, "rest", "polypose")
+    assert started == ["know_cases"]
+    assert [row["status"] for row in rows] == ["failed", "failed"]
+    assert all(row["reason"].startswith("The case could not be read: ") for row in rows)
+    assert "truth.json" in rows[0]["reason"] and str(home) not in rows[0]["reason"]
+
+
+def test_two_sets_of_views_that_make_cases_of_one_name_do_not_replace_each_other(home, monkeypatch):
+    home, _ = home
+    known = know_cases.known_cases
+
+    def of_one_name(source):
+        return tuple(replace(case, source=source) for case in known(replace(source, views="own")))
+
+    monkeypatch.setattr(know_cases, "known_cases", of_one_name)
+    monkeypatch.setattr(
+        run_system,
+        "read_known",
+        lambda case: read_known(replace(case, source=replace(case.source, views="own"))),
+    )
+    rows = run(home, "rest", views=("own", "2x60"))
+    assert [row["status"] for row in rows] == ["done", "failed"]
+    assert "into another --output" in rows[1]["reason"] and len({row["case"] for row in rows}) == 2
+
+
+def test_only_rows_that_are_comparable_share_a_table(home, caplog):
+    home, _ = home
+    (row,) = run(home, "rest")
+    rows = home / "out/rows"
+    others = {
+        "earlier system": {"system": "a"},
+        "other case": {"system": "b", "case": "case-2-2x60", "case_digest": "other"},
+        "other data": {"system": "c", "case_digest": "other"},
+        "other version": {"system": "d", "polypose": "0.0.1"},
+        "other threads": {"system": "e", "settings": row["settings"] | {"threads": 4}},
+        "unread": {"system": "f", "case": "case-3-own-unread", "case_digest": "unread"},
+    }
+    for name, change in others.items():
+        write_row(rows / f"{name}.json", row | change)
+    (rows / "damaged.json").write_text("{")
+    found = comparable_rows([row], home / "out")
+    assert [each["system"] for each in found] == ["rest", "a", "b"]
+    assert "3 rows of earlier runs are left out" in caplog.text
