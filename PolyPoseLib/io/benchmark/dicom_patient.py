@@ -1,0 +1,173 @@
+"""A patient's folder of DICOM as an archive delivers it: which CTs it holds, in which order, with which structures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.benchmark.places import entries, inside
+from PolyPoseLib.io.dicom import looks_like_dicom, quiet_pydicom, raw_value, read_dataset
+
+FEWEST_SLICES = 10
+"""Of a CT; localizers have one to three."""
+
+_DEEPEST = 4
+"""Folders below the patient's."""
+
+_MOST_FILES = 20_000
+_TAGS = [
+    "Modality", "SeriesInstanceUID", "StudyInstanceUID", "StudyDate", "StudyTime", "SeriesDate", "SeriesTime",
+    "ReferencedFrameOfReferenceSequence",
+]  # fmt: skip
+
+
+@dataclass
+class DicomScan:
+    """One CT series of a patient.
+
+    Attributes
+    ----------
+    folder
+        That holds its slices.
+    uid, study
+        Of the series and its study.
+    when
+        Date and time as DICOM writes them, sortable; empty when they are absent.
+    slices
+        How many files it has.
+    structure_set
+        The RTSTRUCT drawn on it, or None.
+
+    """
+
+    folder: Path
+    uid: str
+    study: str
+    when: str
+    slices: int = 0
+    structure_set: Path | None = None
+
+
+@dataclass
+class _StructureSet:
+    path: Path
+    study: str
+    series: set[str] = field(default_factory=set)
+
+
+def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
+    """A patient's CTs from the earliest to the latest, one a study.
+
+    Of several series in one study the one that structures were drawn on is taken, else the one with most slices.
+
+    Raises
+    ------
+    InputError
+        Links out of the root, too many files, or CTs whose order no date tells; not when there are none.
+
+    """
+    scans: dict[str, DicomScan] = {}
+    drawn: list[_StructureSet] = []
+    with quiet_pydicom():
+        for path in _files(patient, root, _DEEPEST):
+            header = _header(path)
+            modality = _text(header, "Modality").upper()
+            if modality == "CT":
+                uid = _text(header, "SeriesInstanceUID")
+                when = (_text(header, "StudyDate") + _text(header, "StudyTime")) or (
+                    _text(header, "SeriesDate") + _text(header, "SeriesTime")
+                )
+                scan = scans.setdefault(
+                    uid, DicomScan(path.parent, uid, _text(header, "StudyInstanceUID"), when)
+                )
+                scan.slices += 1
+            elif modality == "RTSTRUCT":
+                drawn.append(_StructureSet(path, _text(header, "StudyInstanceUID"), _drawn_on(header)))
+    whole = [scan for scan in scans.values() if scan.slices >= FEWEST_SLICES]
+    _give_structures(whole, drawn)
+    studies: dict[str, list[DicomScan]] = {}
+    for scan in whole:
+        studies.setdefault(scan.study or scan.uid, []).append(scan)
+    chosen = [
+        max(group, key=lambda scan: (scan.structure_set is not None, scan.slices, scan.uid))
+        for group in studies.values()
+    ]
+    if len(chosen) > 1:
+        dates = [scan.when for scan in chosen]
+        if not all(dates) or len(set(dates)) < len(dates):
+            raise InputError(
+                f"{patient}: no dates tell which of its {len(chosen)} CTs is the earliest: save them as ct_1.nii.gz, "
+                "ct_2.nii.gz, ... in this folder."
+            )
+    return sorted(chosen, key=lambda scan: scan.when)
+
+
+def _files(folder: Path, root: Path, deepest: int) -> Iterator[Path]:
+    """All DICOM files in a folder and below, none of them outside of the root; raises InputError."""
+    count = 0
+    waiting = [(folder, 0)]
+    while waiting:
+        place, depth = waiting.pop()
+        for name in entries(place):
+            path = place / name
+            if path.is_symlink():
+                inside(path, root)
+            if path.is_dir():
+                if depth < deepest:
+                    waiting.append((path, depth + 1))
+                continue
+            count += 1
+            if count > _MOST_FILES:
+                raise InputError(
+                    f"{folder}: it holds more than {_MOST_FILES} files: give one folder a patient."
+                )
+            if path.is_file() and _is_dicom(path):
+                yield path
+
+
+def _is_dicom(path: Path) -> bool:
+    """Whether a file begins as DICOM does; one that cannot be read is left to whoever needs it."""
+    try:
+        return looks_like_dicom(path)
+    except OSError:
+        return False
+
+
+def _header(path: Path) -> Any:
+    """Some attributes of a file; empty for one that cannot be read, which its series' reader will name."""
+    try:
+        return read_dataset(path, stop_before_pixels=True, specific_tags=_TAGS, force=True)
+    except Exception:  # pydicom raises nearly every kind for values that are none
+        return {}
+
+
+def _text(header: Any, keyword: str) -> str:
+    """A value as text, empty where there is none."""
+    try:
+        return str(raw_value(keyword, header) or "").strip()
+    except Exception:
+        return ""
+
+
+def _drawn_on(header: Any) -> set[str]:
+    """The series that a structure set refers to."""
+    found = set()
+    try:
+        for frame in header.get("ReferencedFrameOfReferenceSequence") or []:
+            for study in frame.get("RTReferencedStudySequence") or []:
+                for series in study.get("RTReferencedSeriesSequence") or []:
+                    found.add(str(series.SeriesInstanceUID))
+    except Exception:  # a damaged item refers to nothing
+        return found
+    return found
+
+
+def _give_structures(scans: list[DicomScan], drawn: list[_StructureSet]) -> None:
+    """Put every structure set to the CT that it refers to, else to that of its study; the first in name's order."""
+    for each in sorted(drawn, key=lambda one: one.path):
+        for scan in scans:
+            if scan.uid in each.series or (not each.series and scan.study == each.study):
+                scan.structure_set = scan.structure_set or each.path

@@ -1,0 +1,151 @@
+"""Head&Neck: the CTs of one patient before, during and after radiotherapy, by DICOM or NIfTI.
+
+The earliest is registered to X-rays that are rendered from the latest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from PolyPoseLib.data.benchmark.case import BenchmarkCase
+from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.benchmark.bodies import anchor_of, bones_of, organs_of
+from PolyPoseLib.io.benchmark.dicom_patient import dicom_scans
+from PolyPoseLib.io.benchmark.named_labels import NamedLabels, is_bone, matched, read_named_labels
+from PolyPoseLib.io.benchmark.places import (
+    entries,
+    folders,
+    image_named,
+    inside,
+    named_subject,
+    require_root,
+    subject_name,
+)
+from PolyPoseLib.io.benchmark.two_scans import TwoScans, render_cases
+from PolyPoseLib.io.benchmark.view_sets import view_sets
+from PolyPoseLib.io.volumes import read_ct_with_warnings
+
+DATASET = "headneck"
+ORGANS = ("brain", "spinal_cord", "thyroid_gland", "trachea", "esophagus")
+"""TotalSegmentator's of the region; a structure set's, where it draws them."""
+
+ANCHORS = ("skull", "vertebra_C4", "vertebra_C5")
+"""The skull is whole in these scans and has the most to align by."""
+
+WHERE = (
+    "the folder of HNSCC-3DCT-RT, which The Cancer Imaging Archive gives away (doi.org/10.7937/K9/TCIA.2018.13upr2xf), "
+    "with one folder a patient"
+)
+
+_KNOWN = r"HN_P\d{3}|(?:patient|subject|case)[-_]?\d{1,4}"
+_SEGMENT = (
+    "segment every CT by TotalSegmentator (task total, --ml) and save the label maps as labels_1.nii.gz, "
+    "labels_2.nii.gz, ... in the order of the CTs"
+)
+
+
+@dataclass(frozen=True)
+class _Scan:
+    """Where one CT and its labels lie."""
+
+    ct: Path
+    series: str | None
+    labels: Path | None
+    number: int
+
+
+def subjects(root: Path) -> list[str]:
+    """The patients' names, or hashes of them; raises InputError for a folder that is no copy of the data."""
+    return list(_patients(require_root(root, WHERE)))
+
+
+def cases(root: Path, subject: str, views: Sequence[str]) -> Iterator[BenchmarkCase]:
+    """One case for every set of views of a patient; raises InputError."""
+    sets = view_sets(views, DATASET)
+    root = require_root(root, WHERE)
+    folder = named_subject(_patients(root), subject, str(root))
+    yield from render_cases(_read(folder, root, subject), sets)
+
+
+def _patients(root: Path) -> dict[str, Path]:
+    """{name: folder}, sorted; raises InputError when there is none."""
+    found = {subject_name(each, _KNOWN): each for each in folders(root) if _may_be_patient(each)}
+    if not found:
+        raise InputError(
+            f"{root}: none of its folders holds a CT (ct_1.nii.gz, or folders of DICOM): give {WHERE}."
+        )
+    return dict(sorted(found.items()))
+
+
+def _may_be_patient(folder: Path) -> bool:
+    """Whether a folder has CTs by their names, or folders and files in which DICOM may lie."""
+    names = entries(folder)
+    return (
+        image_named(folder, "ct_1") is not None
+        or any(name.lower().endswith(".dcm") for name in names)
+        or any(not name.startswith("labels_") and (folder / name).is_dir() for name in names)
+    )
+
+
+def _read(folder: Path, root: Path, subject: str) -> TwoScans:
+    """Both scans of a patient with their labels; raises InputError."""
+    found = _scans(folder, root)
+    if len(found) < 2:
+        raise InputError(
+            f"{folder}: it holds {len(found) or 'no'} CT{'' if len(found) == 1 else 's'}, and two of different days "
+            f"are needed: copy the whole patient, of {WHERE}."
+        )
+    (first, first_labels, odd), (second, second_labels, odd_later) = (
+        _read_scan(each, root) for each in (found[0], found[-1])
+    )
+    second_labels = matched(first_labels, second_labels)
+    bones = bones_of(first_labels.names)
+    if not any(map(is_bone, first_labels.names.values())):
+        raise InputError(f"{folder}: the first CT's labels name no bone: {_SEGMENT}.")
+    anchor = anchor_of(bones, bones_of(second_labels.names), ANCHORS)
+    return TwoScans(
+        dataset=DATASET,
+        subject=subject,
+        moving=first,
+        fixed=second,
+        moving_labels=first_labels.volume,
+        fixed_labels=second_labels.volume,
+        structures=bones,
+        organs=organs_of(first_labels.names, (*ORGANS, *_drawn_organs(first_labels))),
+        anchor=anchor,
+        warnings=(*odd, *first_labels.warnings, *(f"later scan: {each}" for each in odd_later)),
+    )
+
+
+def _drawn_organs(labels: NamedLabels) -> tuple[str, ...]:
+    """Organs that only structure sets draw."""
+    drawn = ("brainstem", "parotid_gland_left", "parotid_gland_right")
+    return tuple(name for name in drawn if name in labels.names.values())
+
+
+def _scans(folder: Path, root: Path) -> list[_Scan]:
+    """A patient's CTs, earliest first, with their labels; raises InputError."""
+    if image_named(folder, "ct_1") is not None:
+        found = []
+        for number in range(1, 100):
+            ct = image_named(folder, f"ct_{number}")
+            if ct is None:
+                break
+            found.append(_Scan(ct, None, image_named(folder, f"labels_{number}"), number))
+        return found
+    return [
+        _Scan(scan.folder, scan.uid, image_named(folder, f"labels_{number}") or scan.structure_set, number)
+        for number, scan in enumerate(dicom_scans(folder, root), start=1)
+    ]
+
+
+def _read_scan(scan: _Scan, root: Path) -> tuple[Volume, NamedLabels, tuple[str, ...]]:
+    """A CT, its labels and what is odd about it; raises InputError."""
+    if scan.labels is None:
+        raise InputError(f"{scan.ct}: the CT has no labels (labels_{scan.number}.nii.gz): {_SEGMENT}.")
+    ct, odd = read_ct_with_warnings(inside(scan.ct, root), scan.series)
+    labels = read_named_labels(inside(scan.labels, root), ct)
+    return ct, labels, odd

@@ -1,0 +1,60 @@
+"""The data sets that can be read, by the names that the command and the tables have for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from PolyPoseLib.data.benchmark.case import BenchmarkCase
+from PolyPoseLib.errors import InputError, unknown_name
+from PolyPoseLib.io.benchmark import deepfluoro, headneck, simulated, thoraxcbct
+from PolyPoseLib.io.benchmark.view_sets import PAPER_VIEWS
+
+
+@dataclass(frozen=True)
+class Reader:
+    """How one data set is read.
+
+    Attributes
+    ----------
+    name
+        "deepfluoro".
+    subjects
+        Of a root, the names of its subjects, sorted; raises InputError, with where the data are to be had, when the
+        root is no whole copy.
+    cases
+        Of (root, subject, views), one case for every set of views, each made when it is asked for; no views stand for
+        `default_views`. Raises InputError.
+    default_views
+        What is read when no views are named.
+    where
+        What the root must be and where it is to be had, as a part of a sentence.
+
+    """
+
+    name: str
+    subjects: Callable[[Path], list[str]]
+    cases: Callable[[Path, str, Sequence[str]], Iterator[BenchmarkCase]]
+    default_views: tuple[str, ...]
+    where: str
+
+
+READERS: dict[str, Reader] = {
+    each.name: each
+    for each in (
+        Reader(
+            deepfluoro.DATASET, deepfluoro.subjects, deepfluoro.cases, (deepfluoro.PAPER,), deepfluoro.WHERE
+        ),
+        Reader(headneck.DATASET, headneck.subjects, headneck.cases, PAPER_VIEWS, headneck.WHERE),
+        Reader(thoraxcbct.DATASET, thoraxcbct.subjects, thoraxcbct.cases, PAPER_VIEWS, thoraxcbct.WHERE),
+        Reader(simulated.DATASET, simulated.subjects, simulated.cases, (simulated.OWN,), simulated.WHERE),
+    )
+}
+
+
+def reader(name: str) -> Reader:
+    """The reader of a data set; raises InputError for an unknown name."""
+    if name not in READERS:
+        raise InputError(unknown_name("data set", name, tuple(READERS)))
+    return READERS[name]
