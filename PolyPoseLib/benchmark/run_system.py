@@ -15,7 +15,7 @@ from PolyPoseLib.benchmark.digests import digest_of
 from PolyPoseLib.benchmark.measures import Measures, measured
 from PolyPoseLib.benchmark.motion_checks import require_motion
 from PolyPoseLib.benchmark.rows import field_path, pictures_path, row_of, row_path
-from PolyPoseLib.benchmark.systems import load_system, require_packages
+from PolyPoseLib.benchmark.systems import SYSTEMS, load_system, require_packages
 from PolyPoseLib.data.benchmark.case import BenchmarkCase
 from PolyPoseLib.data.benchmark.job import DONE, FAILED, SKIPPED, RunJob
 from PolyPoseLib.data.benchmark.system import Motion, SystemSetting
@@ -66,7 +66,10 @@ def _run(job: RunJob, attempt: _Attempt) -> None:
     case = read_known(job.case)
     attempt.step = "The system could not be loaded"
     system = _unless_it_cannot(lambda: load_system(job.path))
-    _unless_it_cannot(lambda: require_packages(system))
+    if (
+        job.path not in SYSTEMS.values()
+    ):  # those of the table say in words of their own how to get what they need
+        _unless_it_cannot(lambda: require_packages(system))
     weights = {system.name: Path(job.weights)} if job.weights else {}
     settings = job.settings
     setting = SystemSetting(settings.threads, settings.device, settings.seed, weights, _print_step)

@@ -112,7 +112,8 @@ def system_line(name: str, path: str) -> tuple[str, str, str]:
     except (ImportError, InputError) as error:
         return name, "-", f"no: {one_line(str(error))}"
     missing = missing_packages(system)
-    return name, " ".join(system.needs) or "-", f"no: pip install {' '.join(missing)}" if missing else "yes"
+    here = f"no: without {' '.join(missing)}" if missing else "yes"
+    return name, " ".join(system.needs) or "-", here
 
 
 def run(arguments: argparse.Namespace) -> int:
