@@ -163,7 +163,7 @@ def line_integrals(intensities: np.ndarray) -> np.ndarray:
     cropped = _blocks(intensities, CROP_PX)
     if not np.isfinite(cropped).all() or cropped.min() < 0 or cropped.max() <= 100:
         raise InputError(
-            f"its values run from {np.nanmin(cropped):g} to {np.nanmax(cropped):g}, which are no detector's intensities "
+            f"its values run from {np.nanmin(cropped):g} to {np.nanmax(cropped):g}, no detector's intensities "
             f"(0 to {FULL_INTENSITY:g}): give the file at full resolution, not a preprocessed one."
         )
     mean = cropped.mean(axis=(1, 3), dtype=np.float64)

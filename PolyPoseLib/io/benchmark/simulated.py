@@ -1,4 +1,4 @@
-"""Cases that ``polypose simulate`` wrote: bones and soft tissue moved by a law that no system knows, and all is known."""
+"""Cases that ``polypose simulate`` wrote, of which everything is known."""
 
 from __future__ import annotations
 
