@@ -123,6 +123,7 @@ def run(arguments: argparse.Namespace) -> int:
     from PolyPoseLib.io.benchmark.benchmark_folder import opened_benchmark
 
     systems, settings = checked(arguments)
+    weights = weight_files(arguments.weights, systems)
     sources = case_sources(arguments)
     with opened_benchmark(arguments.output, arguments.dataset, arguments.data, arguments.resume) as folder:
         benchmark = Benchmark(
@@ -130,7 +131,7 @@ def run(arguments: argparse.Namespace) -> int:
             systems,
             folder,
             settings,
-            weights=weight_files(arguments.weights, systems),
+            weights=weights,
             jobs=arguments.jobs,
             limit_seconds=arguments.limit,
             keep_fields=arguments.keep_fields,

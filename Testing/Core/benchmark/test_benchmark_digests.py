@@ -23,7 +23,7 @@ plain = st.recursive(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(plain, plain)
 def test_equal_values_and_only_these_have_one_digest(first, second):
     assert digest_of(first) == digest_of(copy.deepcopy(first))

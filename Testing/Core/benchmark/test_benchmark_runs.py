@@ -16,8 +16,11 @@ from PolyPoseLib.benchmark.case_reading import read_known
 from PolyPoseLib.benchmark.run import Benchmark, comparable_rows, run_benchmark
 from PolyPoseLib.benchmark.systems import named_systems
 from PolyPoseLib.cohort.child import ChildEnd
+from PolyPoseLib.cohort.child import run_child as run_child_apart
 from PolyPoseLib.data.benchmark.job import CaseSource, RunSettings
+from PolyPoseLib.io.benchmark import simulated
 from PolyPoseLib.io.benchmark.benchmark_folder import opened_benchmark
+from PolyPoseLib.io.benchmark.readers import READERS
 from PolyPoseLib.io.benchmark.row_files import read_row, write_row
 
 MAINS = {f"{benchmark.__name__}.{each}": globals()[each].main for each in ("know_cases", "run_system")}
@@ -48,6 +51,13 @@ def home(tmp_path, written, monkeypatch):
                 sys.stderr = said
         return ChildEnd(status, 1.0, 1.0, 1.0, False, False)
 
+    def cases(root, subject, views):
+        for case in reader.cases(root, subject, views):
+            # Their silhouettes take most of the time, and are of no matter here.
+            yield replace(case, truth=replace(case.truth, held_out=()))
+
+    reader = READERS["simulated"]
+    monkeypatch.setitem(READERS, "simulated", replace(reader, cases=cases))
     for module in (know_cases, run_system):
         monkeypatch.setattr(module, "begin", lambda: None)
     monkeypatch.setattr(processes, "run_child", run_child)
@@ -127,31 +137,51 @@ def test_data_that_change_between_reading_and_running_give_no_scores(home, monke
     assert row["status"] == "failed" and "its data have changed meanwhile" in row["reason"]
 
 
-@pytest.mark.parametrize(
-    ("system", "status", "said"),
-    [
-        ("Raises", "failed", "The system failed: ZeroDivisionError: of "),
-        ("Leaves", "failed", "The system failed: SystemExit: 0"),
-        (
-            "NeedsMore",
-            "skipped",
-            "mine needs no-such-package-4711[extra]>=2, not installed here: pip install",
-        ),
-        ("Refuses", "skipped", "It takes one view, not 2: give --views 1x0."),
-        ("Weighs", "failed", "The system failed: KeyError: 'mine'"),
-        ("Changes", "failed", "it changed the study that it was given"),
-        ("Coarse", "failed", "nodes 12.00 mm apart"),
-        ("NoFit", "skipped", 'a method "fit(study, setting)"'),
-        ("Absent", "skipped", "no class of that name"),
-        ("Unconstructed", "failed", "The system could not be loaded: TypeError"),
-    ],
-)
-def test_a_system_without_scores_has_a_row_that_says_why(home, system, status, said):
-    home, _ = home
-    (row,) = run(home, f"my_systems:{system}")
-    assert row["status"] == status and said in row["reason"] and row["reason"].isprintable()
-    assert row["scores"] == {} and row == read_row(home / f"out/rows/case-1-2x60--my_systems.{system}.json")
-    assert str(home / "out") not in row["reason"]
+REASONS = {
+    "Raises": ("failed", "The system failed: ZeroDivisionError: of "),
+    "Leaves": ("failed", "The system failed: SystemExit: 0"),
+    "NeedsMore": ("skipped", "mine needs no-such-package-4711[extra]>=2, not installed here: pip install"),
+    "Refuses": ("skipped", "It takes one view, not 2: give --views 1x0."),
+    "Weighs": ("failed", "The system failed: KeyError: 'mine'"),
+    "Changes": ("failed", "it changed the study that it was given"),
+    "Coarse": ("failed", "nodes 12.00 mm apart"),
+    "NoFit": ("skipped", 'a method "fit(study, setting)"'),
+    "Absent": ("skipped", "no class of that name"),
+    "Unconstructed": ("failed", "The system could not be loaded: TypeError"),
+}
+
+
+def test_a_system_without_scores_has_a_row_that_says_why_and_the_others_go_on(home):
+    home, started = home
+    rows = run(home, *(f"my_systems:{name}" for name in REASONS), "rest")
+    assert len(started) == 12 and rows[-1]["status"] == "done"
+    for (name, (status, said)), row in zip(REASONS.items(), rows, strict=False):
+        assert row["status"] == status and said in row["reason"] and row["reason"].isprintable()
+        assert str(home / "out") not in row["reason"]
+        assert row["scores"] == {}
+        assert row == read_row(home / f"out/rows/case-1-2x60--my_systems.{name}.json")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a crash is a signal")
+def test_a_system_that_brings_its_process_down_has_a_row(home, monkeypatch):
+    home, started = home
+    here = processes.run_child
+
+    def run_child(command, *more):
+        return (run_child_apart if command[2].endswith("run_system") else here)(command, *more)
+
+    monkeypatch.setattr(processes, "run_child", run_child)
+    monkeypatch.setitem(
+        READERS, "simulated", replace(READERS["simulated"], cases=simulated.cases)
+    )  # as it reads them
+    (row,) = run(home, "my_systems:Crashes")
+    assert started == ["know_cases"] and row["status"] == "failed"
+    assert row["reason"].startswith(
+        "It was killed by the system (SIGSEGV); see logs/case-1-2x60--my_systems.Crashes.log"
+    )
+    assert row["cpu_seconds"] > 0.2 and 50 < row["peak_memory_mib"] < 2000
+    log = home / "out/logs/case-1-2x60--my_systems.Crashes.log"
+    assert "extrinsic from study.json" in log.read_text()
 
 
 def test_what_has_no_scores_is_run_again_since_what_it_lacked_may_be_there_now(home):

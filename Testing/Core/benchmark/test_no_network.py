@@ -37,4 +37,6 @@ def test_another_machine_cannot_be_reached_and_this_one_can():
     lines = ended.stdout.splitlines()
     assert len(lines) == 6 and lines[5] == "b'x' 0", ended.stderr
     for line, host in zip(lines, hosts, strict=False):
-        assert line.startswith(f'It tried to reach "{host}", and a benchmark uses no network: give files of weights')
+        assert line.startswith(
+            f'It tried to reach "{host}", and a benchmark uses no network: give files of weights'
+        )

@@ -41,6 +41,7 @@ def ended(process, seconds=300):
     return process.returncode, out, err
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="a crash is a signal")
 def test_a_crash_is_a_row_and_the_other_system_has_its_scores(data, tmp_path):
     command = [
