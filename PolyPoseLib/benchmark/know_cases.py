@@ -8,6 +8,7 @@ from pathlib import Path
 
 from PolyPoseLib.benchmark.case_reading import known_cases
 from PolyPoseLib.benchmark.child_start import begin
+from PolyPoseLib.benchmark.rows import without_names
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark.jobs import parse_source_text, write_cases
 
@@ -16,10 +17,11 @@ def main(argv: Sequence[str]) -> int:
     """Read the cases and keep what they are; 2, with a sentence as the last line, when the data are damaged."""
     begin()
     text, path, stamp = argv
+    source = parse_source_text(text)
     try:
-        write_cases(Path(path), stamp, known_cases(parse_source_text(text)))
+        write_cases(Path(path), stamp, known_cases(source))
     except InputError as error:
-        print(f"polypose: {error}", file=sys.stderr, flush=True)
+        print(f"polypose: {without_names(str(error), source)}", file=sys.stderr, flush=True)
         return error.exit_status
     return 0
 

@@ -47,11 +47,11 @@ def know_cases(source: CaseSource, folder: Path, stamp: str, run: str) -> tuple[
     text = source_text(source)
     key = hashlib.sha256(text.encode()).hexdigest()[:16]
     path = folder / CASES / f"{key}.json"
-    if (known := read_cases(path, stamp)) is not None:
+    if (known := read_cases(path, stamp, source)) is not None:
         return known
     log = folder / LOGS / f"reading-{key}.log"
     end, said = _ended(["know_cases", text, str(path), stamp], 1, log, run, None)
-    known = read_cases(path, stamp)
+    known = read_cases(path, stamp, source)
     if known is None or end.status != 0:
         raise InputError(said or f"{source.subject}: reading it {_how(end)}; see {LOGS}/{log.name}.")
     return known

@@ -19,7 +19,7 @@ from PolyPoseLib import __version__
 from PolyPoseLib.benchmark.digests import file_digest, run_digest
 from PolyPoseLib.benchmark.processes import InterruptedRun, know_cases, run_system, unread_row
 from PolyPoseLib.benchmark.rows import UNREAD, field_path, pictures_path, row_path
-from PolyPoseLib.benchmark.systems import NamedSystem
+from PolyPoseLib.benchmark.systems import NamedSystem, weights_names
 from PolyPoseLib.cohort.child import end_children
 from PolyPoseLib.data.benchmark.job import DONE, CaseSource, KnownCase, RunJob, RunSettings
 from PolyPoseLib.data.benchmark.progress import BenchmarkProgress
@@ -135,7 +135,7 @@ class _Plan:
         self._began = time.monotonic()
         self._stamp = f"{__version__} {data_stamp(Path(benchmark.sources[0].root))}"
         self._code = {each.name: each.code for each in benchmark.systems}
-        self._weights = {name: file_digest(path) for name, path in benchmark.weights.items()}
+        self._weights = {path: file_digest(path) for path in benchmark.weights.values()}
         self._cases = [1] * len(benchmark.sources)
         self._rows: dict[tuple[int, int, int], Row] = {}
         self._sources: dict[str, CaseSource] = {}
@@ -201,12 +201,14 @@ class _Plan:
 
     def _job(self, case: KnownCase, number: int) -> RunJob:
         system, settings = self.benchmark.systems[number], self.benchmark.settings
-        weights = self._weights.get(system.name, "")
-        given = str(self.benchmark.weights[system.name]) if weights else ""
+        files = self.benchmark.weights
+        given = next((files[name] for name in weights_names(system.name) if name in files), None)
+        weights = "" if given is None else self._weights[given]
         digest = run_digest(case.digest, self._code[system.name], settings, weights)
         folder = str(self.benchmark.folder)
         more = {"keep_field": self.benchmark.keep_fields, "draw": self.benchmark.draw}
-        return RunJob(case, system.name, system.path, settings, folder, digest, given, **more)
+        file = "" if given is None else str(given)
+        return RunJob(case, system.name, system.path, settings, folder, digest, file, **more)
 
     def _end(self, key: tuple[int, int, int], row: Row, reused: bool = False) -> None:
         """A run has ended."""

@@ -55,9 +55,12 @@ def main(argv: Sequence[str]) -> int:
     except _CannotRun as error:
         status, reason = SKIPPED, str(error.__cause__)
     except BaseException as error:  # a system may raise anything, and end by sys.exit
-        traceback.print_exc()
+        if not isinstance(error, PolyPoseError):
+            traceback.print_exc()
         status, reason = FAILED, f"{attempt.step}: {_sentence(error)}"
     row = row_of(job, status, reason, attempt.measures)
+    if status != DONE:
+        print(f"polypose: {row['reason']}", file=sys.stderr, flush=True)
     write_row(row_path(job), {**row, "notes": list(attempt.notes), "scores": attempt.scores})
     return 0
 
@@ -66,9 +69,7 @@ def _run(job: RunJob, attempt: _Attempt) -> None:
     case = read_known(job.case)
     attempt.step = "The system could not be loaded"
     system = _unless_it_cannot(lambda: load_system(job.path))
-    if (
-        job.path not in SYSTEMS.values()
-    ):  # those of the table say in words of their own how to get what they need
+    if job.path not in SYSTEMS.values():  # those of the table say themselves how to get what they need
         _unless_it_cannot(lambda: require_packages(system))
     weights = {system.name: Path(job.weights)} if job.weights else {}
     settings = job.settings

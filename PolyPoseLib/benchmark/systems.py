@@ -79,6 +79,11 @@ class NamedSystem:
         return f"{self.path} {file_digest(_file_of(self.path.partition(':')[0]))}"
 
 
+def weights_names(name: str) -> tuple[str, ...]:
+    """Under which names --weights may give a system's file: its own, or that of the same network without IO."""
+    return tuple(dict.fromkeys((name, name.removesuffix("-io"))))
+
+
 def file_part(name: str) -> str:
     """A name as a part of file names."""
     return re.sub(r"[^A-Za-z0-9._-]", ".", name)

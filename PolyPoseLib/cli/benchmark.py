@@ -194,13 +194,16 @@ def case_sources(arguments: argparse.Namespace) -> tuple[CaseSource, ...]:
 
 def weight_files(words: Sequence[str], systems: Sequence[NamedSystem]) -> dict[str, Path]:
     """{system: its file} of --weights; raises InputError."""
+    from PolyPoseLib.benchmark.systems import weights_names
+
+    known = list(dict.fromkeys(name for each in systems for name in weights_names(each.name)))
     found: dict[str, Path] = {}
     for word in words:
         name, equals, path = word.partition("=")
         if not equals or not path:
             raise InputError(f'--weights: "{one_line(word)[:80]}" gives no file: write SYSTEM=FILE.')
-        if name not in [each.name for each in systems]:
-            raise InputError(f"--weights: {unknown_name('system', name, [each.name for each in systems])}")
+        if name not in known:
+            raise InputError(f"--weights: {unknown_name('system', name, known)}")
         if name in found:
             raise InputError(f'--weights: "{name}" has two files: give one.')
         if not Path(path).is_file():

@@ -26,6 +26,9 @@ from PolyPoseLib.io.whole_files import replaced_whole
 
 _VERSION = 1
 
+_KEPT = ("name", "subject", "views", "digest")
+"""Fields of a case beside its source."""
+
 
 def source_text(source: CaseSource) -> str:
     """A source on one line."""
@@ -72,7 +75,7 @@ def parse_source(value: Any, place: str) -> CaseSource:
 def parse_case(value: Any, place: str) -> KnownCase:
     """Parser of a case that was read once."""
     record = Record.within(value, place)
-    texts = (record.required(name, nonempty) for name in ("name", "subject", "views", "digest"))
+    texts = (record.required(name, nonempty) for name in _KEPT)
     return KnownCase(record.required("source", parse_source), *texts)
 
 
@@ -87,23 +90,29 @@ def parse_settings(value: Any, place: str) -> RunSettings:
 
 
 def write_cases(path: Path, stamp: str, cases: Sequence[KnownCase]) -> None:
-    """Keep what the cases of a source are; stamp: of the data from which they were read.
+    """Keep what the cases of a source are, without where it is; stamp: of the data from which they were read.
 
     Raises OSError where the system refuses.
     """
-    fields = {"version": _VERSION, "stamp": stamp, "cases": [dataclasses.asdict(each) for each in cases]}
+    kept = [{name: getattr(each, name) for name in _KEPT} for each in cases]
+    fields = {"version": _VERSION, "stamp": stamp, "cases": kept}
     with replaced_whole(path) as temporary:
         temporary.write_text(json_text(fields), encoding="utf-8")
 
 
-def read_cases(path: Path, stamp: str) -> tuple[KnownCase, ...] | None:
-    """The cases that were kept; None where there are none, or they are of other data or damaged."""
+def read_cases(path: Path, stamp: str, source: CaseSource) -> tuple[KnownCase, ...] | None:
+    """The cases of a source that were kept; None where there are none, or they are of other data or damaged."""
+
+    def parse(value: Any, place: str) -> KnownCase:
+        record = Record.within(value, place)
+        return KnownCase(source, *(record.required(name, nonempty) for name in _KEPT))
+
     if not path.is_file():
         return None
     try:
         record = Record(parse_object(read_text(path, "a benchmark's cases"), path.name))
         if record.fields.get("version") != _VERSION or record.fields.get("stamp") != stamp:
             return None
-        return tuple(record.required("cases", list_of(parse_case)))
+        return tuple(record.required("cases", list_of(parse)))
     except InputError:
         return None

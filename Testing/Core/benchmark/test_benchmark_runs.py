@@ -65,12 +65,12 @@ def home(tmp_path, written, monkeypatch):
     sys.modules.pop("my_systems", None)
 
 
-def run(home, *methods, views=("own",), progress=lambda step: None, **more):
+def run(home, *methods, views=("own",), subject="case-1", progress=lambda step: None, **more):
     """The rows of a run of these systems."""
     data = home / "data"
     more = {"settings": RunSettings(), **more}
     with opened_benchmark(home / "out", "simulated", data, True) as folder:
-        sources = tuple(CaseSource("simulated", str(data), "case-1", each) for each in views)
+        sources = tuple(CaseSource("simulated", str(data), subject, each) for each in views)
         return run_benchmark(Benchmark(sources, named_systems(methods), folder, **more), progress)
 
 
@@ -207,14 +207,30 @@ def test_weights_reach_the_system_under_its_own_name_and_count_by_their_content(
     assert row["notes"] == ["second"]
 
 
-def test_a_case_that_cannot_be_read_gives_every_system_a_row_and_the_others_go_on(home):
+def test_networks_with_instance_optimisation_take_the_file_of_those_without(home):
+    home, _ = home
+    (home / "first").write_text("first")
+    (home / "second").write_text("second")
+    files = {"a": home / "first", "b-io": home / "second"}
+    systems = ["a-io=my_systems:Weighs", "b=my_systems:Weighs", "b-io=my_systems:Weighs"]
+    rows = run(home, *systems, weights=files)
+    assert [row["notes"] for row in rows] == [["first"], [], ["second"]]
+
+
+def test_a_case_that_cannot_be_read_gives_every_system_a_row_without_a_patients_name(home, caplog):
     home, started = home
-    (home / "data/case-1/truth/truth.json").write_text("{")
-    rows = run(home, "rest", "polypose")
+    (home / "data/case-1").rename(home / "data/Doe, John")
+    (home / "data/Doe, John/truth/truth.json").write_text("{")
+    (subject,) = READERS["simulated"].subjects(home / "data")
+    rows = run(home, "rest", "polypose", subject=subject)
     assert started == ["know_cases"]
     assert [row["status"] for row in rows] == ["failed", "failed"]
-    assert all(row["reason"].startswith("The case could not be read: ") for row in rows)
-    assert "truth.json" in rows[0]["reason"] and str(home) not in rows[0]["reason"]
+    assert all(
+        row["reason"].startswith(f"The case could not be read: {subject}/truth/truth.json: ") for row in rows
+    )
+    texts = [path.read_text() for path in (home / "out").rglob("*") if path.is_file()]
+    names = [path.name for path in (home / "out").rglob("*")]
+    assert not any("Doe" in text for text in (*texts, *names, caplog.text))
 
 
 def test_two_sets_of_views_that_make_cases_of_one_name_do_not_replace_each_other(home, monkeypatch):

@@ -35,9 +35,13 @@ def test_what_crosses_to_a_process_comes_out_the_same(tmp_path):
     assert parse_job_text(job_text(JOB)) == JOB and "\n" not in job_text(JOB)
     assert parse_source_text(source_text(SOURCE)) == SOURCE
     write_cases(tmp_path / "cases.json", "stamp", [CASE, dataclasses.replace(CASE, name="other")])
-    assert read_cases(tmp_path / "cases.json", "stamp") == (CASE, dataclasses.replace(CASE, name="other"))
-    assert read_cases(tmp_path / "cases.json", "another stamp") is None
-    assert read_cases(tmp_path / "absent.json", "stamp") is None
+    assert read_cases(tmp_path / "cases.json", "stamp", SOURCE) == (
+        CASE,
+        dataclasses.replace(CASE, name="other"),
+    )
+    assert read_cases(tmp_path / "cases.json", "another stamp", SOURCE) is None
+    assert "data" not in (tmp_path / "cases.json").read_text()  # where it lies may name a patient
+    assert read_cases(tmp_path / "absent.json", "stamp", SOURCE) is None
 
 
 @pytest.mark.parametrize("field", [field.name for field in dataclasses.fields(RunJob)])
