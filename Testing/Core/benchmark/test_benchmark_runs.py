@@ -28,7 +28,7 @@ MAINS = {f"{benchmark.__name__}.{each}": globals()[each].main for each in ("know
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
-    return write_benchmark_data(tmp_path_factory.mktemp("simulated") / "data", "case-1")
+    return write_benchmark_data(tmp_path_factory.mktemp("simulated") / "data")
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from benchmark_case import started_benchmark, write_benchmark_data
 from cohort_case import is_alive
+from phantom_study import case as phantom_case
 
 from PolyPoseLib.__main__ import main
 from PolyPoseLib.benchmark.systems import SYSTEMS
@@ -25,7 +26,7 @@ from PolyPoseLib.io.transforms import read_transform
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory):
-    return write_benchmark_data(tmp_path_factory.mktemp("simulated") / "data", "case-1")
+    return write_benchmark_data(tmp_path_factory.mktemp("simulated") / "data")
 
 
 def rows_in(folder):
@@ -132,23 +133,13 @@ def test_the_list_needs_no_data_and_says_what_can_run_here(capsys, monkeypatch):
 
 @pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="processes are ended by signals")
-def test_a_slow_system_is_ended_at_the_limit_with_all_that_it_left(data, tmp_path):
-    command = [
-        "simulated",
-        data,
-        "--output",
-        "out",
-        "--methods",
-        "my_systems:Sleeps",
-        "rest",
-        "--limit",
-        "20",
-    ]
+def test_a_slow_system_is_ended_at_the_limit(data, tmp_path):
+    command = ["simulated", data, "--output", "out", "--methods", "my_systems:Sleeps", "--limit", "20"]
     status, _, err = ended(started_benchmark(tmp_path, *command))
     rows = rows_in(tmp_path / "out")
-    assert status == 3 and rows["rest"]["status"] == "done", err
+    assert status == 3 and "Of 1 runs 1 failed" in err
     assert rows["my_systems:Sleeps"]["reason"] == "It took longer than the limit of 20 s and was ended."
-    assert 20 <= rows["my_systems:Sleeps"]["seconds"] < 60 and (tmp_path / "sleeps").exists()
+    assert 20 <= rows["my_systems:Sleeps"]["seconds"] < 60
 
 
 @pytest.mark.long
@@ -187,14 +178,15 @@ def test_an_interrupted_run_keeps_its_rows_and_goes_on(data, tmp_path, number):
 
 
 @pytest.mark.long
-def test_polypose_beats_rest_and_its_field_and_pictures_are_kept(data, tmp_path):
+def test_polypose_beats_rest_and_its_field_and_pictures_are_kept(tmp_path):
     pytest.importorskip("matplotlib")
+    data = write_benchmark_data(tmp_path / "data", phantom_case())
     command = ["simulated", data, "--output", "out", "--keep-fields", "--draw"]
     status, out, err = ended(started_benchmark(tmp_path, *command), 900)
     assert status == 0, err
     rows = rows_in(tmp_path / "out")
     bones = {name: row["scores"]["groups"]["bones"]["tre_mean_mm"] for name, row in rows.items()}
-    assert bones["polypose"] < 0.6 * bones["rest"] and rows["polypose"]["cpu_seconds"] > 0.5
+    assert bones["polypose"] < 0.4 * bones["rest"] and rows["polypose"]["cpu_seconds"] > 0.5
     field = read_transform(tmp_path / "out/fields/case-1-2x60--polypose.h5")
     assert field.vectors.any() and not rows["polypose"]["reason"]
     pictures = sorted(path.name for path in (tmp_path / "out/pictures/case-1-2x60--polypose").iterdir())

@@ -10,6 +10,7 @@ from pathlib import Path
 from tiny_case import tiny_case
 
 from PolyPoseLib.io.cases import write_case
+from PolyPoseLib.simulation.simulate import SimulatedCase
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -96,11 +97,10 @@ class Unconstructed(Mine):
 '''
 
 
-def write_benchmark_data(folder: Path, *names: str) -> Path:
-    """A folder of one simulated case under every name; they are the same."""
+def write_benchmark_data(folder: Path, simulated: SimulatedCase | None = None) -> Path:
+    """A folder of one simulated case, case-1: the tiny one by default, too coarse to be registered well."""
     folder.mkdir()
-    for name in names:
-        write_case(tiny_case(), folder / name)
+    write_case(simulated or tiny_case(), folder / "case-1")
     return folder
 
 
