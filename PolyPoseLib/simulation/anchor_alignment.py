@@ -3,32 +3,38 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.grid import bounding_box, set_grid
-from PolyPoseLib.geometry.rigid import orthonormalised
-
-if TYPE_CHECKING:
-    import SimpleITK as sitk
+from PolyPoseLib.geometry.rigid import rigid_inverse, rotation_angle_deg, rotation_matrix
 
 _GRID_MM = 2.0
 _MARGIN_MM = 16.0
 _FARTHEST_MM = 12.0
 """Signed distances are cut there: what lies farther from a surface says nothing about where it is."""
 
+_BLUR_VOXELS = 1.2
+"""Of the coarser scan's largest spacing. A blurred mask tells its surface to a small part of a voxel; whole voxels lie
+up to half of one off, the same way over large parts of it."""
+
 _FEWEST_VOXELS = 64
-_MOST_POINTS = 20_000
-_POINTS = 20_000.0
-"""At which the distance maps are compared, on each level."""
+_COARSE_POINTS = 200
+_FINE_POINTS = 4000
+"""Of each surface, while starts are compared and in the end."""
 
-_FIRST_STEP_MM = 0.5
-"""Of the descent: larger ones leap over to another symmetry of a nearly symmetric bone."""
+_STARTS_DEG = 25.0
+_RADIUS_MM = 50.0
+"""Of a turn about the centroid: by it, turns and shifts have one unit."""
 
-_SEED = 1
+_STEP_MM = 0.1
+"""Of the differences that stand for derivatives of interpolated distances."""
+
+_SOFT_MM = 1.0
+"""Beyond it, labels that differ pull with constant force."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +61,9 @@ class AnchorAlignment:
 def align_anchor(first: Volume, second: Volume) -> AnchorAlignment:
     """Align one bone's mask in a second scan to its mask in a first one.
 
-    Mean squared difference of the signed distance maps, by SimpleITK: a rigid transform about the centroid, started
-    with the centroids upon each other, at 8, 4 and 2 mm. Turns of some 30 degrees are found.
+    Points of both surfaces should have the same signed distance in both scans. scipy's least squares with a soft loss
+    finds the motion, from the centroids upon each other and turns of 25 degrees either way about each axis, by
+    distances between voxels (SimpleITK's Maurer filter). The best is refined by those that the blurred masks tell.
 
     Parameters
     ----------
@@ -66,119 +73,156 @@ def align_anchor(first: Volume, second: Volume) -> AnchorAlignment:
     Raises
     ------
     InputError
-        A mask is nearly empty, or the fit fails.
+        A mask is nearly empty.
 
-    Source: Y. Kozinska et al., "Automatic alignment of volumetric images using distance maps", 1997, for the measure.
+    References
+    ----------
+    S. Lavallee and R. Szeliski, "Recovering the position and orientation of free-form objects from image contours
+    using 3D distance maps", IEEE TPAMI 1995.
 
     """
-    import SimpleITK as sitk
-
     for mask in (first, second):
         if np.count_nonzero(mask.voxels) < _FEWEST_VOXELS:
             raise InputError(f"the anchor has fewer than {_FEWEST_VOXELS} voxels in one of the scans.")
-    centre_first, centre_second = _centroid(first), _centroid(second)
-    fixed, moving = _distances(first), _distances(second)
-    transform = sitk.Euler3DTransform()
-    transform.SetCenter(centre_first.tolist())
-    transform.SetTranslation((centre_second - centre_first).tolist())
-    method = sitk.ImageRegistrationMethod()
-    method.SetMetricAsMeanSquares()
-    method.SetMetricSamplingStrategy(method.RANDOM)
-    points = np.prod(np.array(fixed.GetSize(), dtype=float) / [[4], [2], [1]], axis=1)
-    method.SetMetricSamplingPercentagePerLevel(np.minimum(_POINTS / points, 1.0).tolist(), _SEED)
-    method.SetInterpolator(sitk.sitkLinear)
-    method.SetOptimizerAsRegularStepGradientDescent(
-        learningRate=_FIRST_STEP_MM, minStep=1e-3, numberOfIterations=100, relaxationFactor=0.6
-    )
-    method.SetOptimizerScalesFromPhysicalShift()
-    method.SetShrinkFactorsPerLevel([4, 2, 1])
-    method.SetSmoothingSigmasPerLevel([0, 0, 0])
-    method.SetNumberOfThreads(1)
-    method.SetInitialTransform(transform, inPlace=True)
-    try:
-        method.Execute(fixed, moving)
-    except RuntimeError as error:
-        raise InputError("the anchor's labels in the two scans could not be aligned.") from error
-    to_second = np.eye(4)
-    rotation = np.array(transform.GetMatrix()).reshape(3, 3)
-    to_second[:3, :3] = rotation
-    to_second[:3, 3] = centre_first + transform.GetTranslation() - rotation @ centre_first
-    to_first = orthonormalised(np.linalg.inv(to_second))
-    carried = to_first[:3, :3] @ centre_second + to_first[:3, 3]
-    cosine = np.clip((np.trace(to_first[:3, :3]) - 1) / 2, -1, 1)
+    coarse = _Fit(_Surface.of(first), _Surface.of(second), _COARSE_POINTS)
+    starts = [np.zeros(6)]
+    for axis in range(3):
+        for turn in (-_STARTS_DEG, _STARTS_DEG):
+            starts.append(np.eye(6)[axis] * np.radians(turn) * _RADIUS_MM)
+    best = min((coarse.solve(start, 15) for start in starts), key=lambda found: found[1])[0]
+    blur_mm = _BLUR_VOXELS * float(max(first.spacing.max(), second.spacing.max()))
+    surfaces = (_Surface.of(first, blur_mm), _Surface.of(second, blur_mm))
+    fine = _Fit(*surfaces, _FINE_POINTS)
+    parameters, _ = fine.solve(best, 60)
+    to_first = fine.motion(parameters)
+    centre = surfaces[1].centroid
     return AnchorAlignment(
         to_first,
-        _residual(fixed, moving, _border(second), to_first),
-        float(np.linalg.norm(carried - centre_second)),
-        float(np.degrees(np.arccos(cosine))),
+        float(np.abs(fine.differences(parameters)).mean()),
+        float(np.linalg.norm(_moved(to_first, centre) - centre)),
+        rotation_angle_deg(to_first[:3, :3]),
     )
 
 
-def _centroid(mask: Volume) -> np.ndarray:
-    """Mean (3,) of a mask's voxels in LPS mm."""
-    return mask.to_world(np.argwhere(mask.voxels)[:, ::-1].mean(axis=0))
+@dataclass(frozen=True, eq=False)
+class _Surface:
+    """A bone in one scan: its signed distances on a grid around it, border voxels (N, 3) in mm, and centroid (3,)."""
+
+    distances: Volume
+    points: np.ndarray
+    centroid: np.ndarray
+
+    @classmethod
+    def of(cls, mask: Volume, blur_mm: float = 0.0) -> _Surface:
+        """From a mask, by whole voxels unless it is to be blurred."""
+        from scipy.ndimage import binary_erosion
+
+        box = bounding_box(mask.voxels)
+        assert box is not None
+        whole = np.asarray(mask.voxels[box], dtype=bool)
+        corner = np.array([side.start for side in box])
+        border = np.argwhere(whole & ~np.asarray(binary_erosion(whole), dtype=bool)) + corner
+        centroid = mask.to_world((np.argwhere(whole) + corner).mean(axis=0)[::-1])
+        return cls(_distances(whole, corner, mask, blur_mm), mask.to_world(border[:, ::-1]), centroid)
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """Signed distances (N,) at points (N, 3), cut at both ends."""
+        from scipy.ndimage import map_coordinates
+
+        index = self.distances.to_index(points)[:, ::-1].T
+        return map_coordinates(self.distances.voxels, index, order=1, mode="nearest")
 
 
-def _distances(mask: Volume) -> sitk.Image:
-    """Signed distance in mm to a mask's surface, cut at both ends, on a coarse grid around it; float32."""
+class _Fit:
+    """Two surfaces, and what differs between them under a motion from the second scan to the first."""
+
+    def __init__(self, first: _Surface, second: _Surface, most: int) -> None:
+        self._first, self._second = first, second
+        self._points = [each.points[:: -(-len(each.points) // most)] for each in (first, second)]
+        # A border voxel's centre lies inside by some part of a voxel: each has a distance of its own.
+        self._own = [each.at(points) for each, points in zip((first, second), self._points, strict=True)]
+
+    def motion(self, parameters: np.ndarray) -> np.ndarray:
+        """(4, 4) from the second scan's world to the first's: a turn about the centroid, which is then shifted."""
+        motion = np.eye(4)
+        motion[:3, :3] = rotation_matrix(parameters[:3] / _RADIUS_MM)
+        motion[:3, 3] = self._first.centroid + parameters[3:] - motion[:3, :3] @ self._second.centroid
+        return motion
+
+    def differences(self, parameters: np.ndarray) -> np.ndarray:
+        """Mm by which the distances of all points differ."""
+        motion = self.motion(parameters)
+        there = self._second.at(_moved(rigid_inverse(motion), self._points[0])) - self._own[0]
+        back = self._first.at(_moved(motion, self._points[1])) - self._own[1]
+        return np.concatenate([there, back]).astype(np.float64)
+
+    def solve(self, start: np.ndarray, evaluations: int) -> tuple[np.ndarray, float]:
+        """Parameters (6,) of the least differences from a start after so many evaluations, and what they cost."""
+        from scipy.optimize import least_squares
+
+        slopes: Any = self._slopes  # scipy's stubs know names of schemes only
+        found = least_squares(
+            self.differences,
+            start,
+            self._slopes,
+            loss="soft_l1",
+            f_scale=_SOFT_MM,
+            xtol=1e-5,
+            ftol=1e-6,
+            max_nfev=evaluations,
+        )
+        return found.x, float(found.cost)
+
+    def _slopes(self, parameters: np.ndarray) -> np.ndarray:
+        """Central differences, (N, 6)."""
+        steps = np.eye(6) * _STEP_MM
+        return np.stack(
+            [
+                (self.differences(parameters + d) - self.differences(parameters - d)) / (2 * _STEP_MM)
+                for d in steps
+            ],
+            axis=1,
+        )
+
+
+def _moved(motion: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Points (..., 3) under a rigid motion (4, 4)."""
+    return points @ motion[:3, :3].T + motion[:3, 3]
+
+
+def _distances(whole: np.ndarray, corner: np.ndarray, mask: Volume, blur_mm: float) -> Volume:
+    """Signed distance in mm to the surface of a mask's part, cut at both ends, on a coarser grid around it; float32."""
     import SimpleITK as sitk
 
-    box = bounding_box(mask.voxels)
-    assert box is not None
     margin = np.ceil(_MARGIN_MM / mask.spacing).astype(int)[::-1]
-    padded = np.pad(np.asarray(mask.voxels[box], dtype=np.uint8), [(n, n) for n in margin])
     affine = mask.affine.copy()
-    affine[:3, 3] = mask.to_world(
-        np.array([side.start - n for side, n in zip(box, margin, strict=True)][::-1])
-    )
-    image = sitk.GetImageFromArray(padded)
+    affine[:3, 3] = mask.to_world((corner - margin)[::-1])
+    image = sitk.GetImageFromArray(np.pad(whole.astype(np.uint8), [(n, n) for n in margin]))
     set_grid(image, affine)
+    if blur_mm > 0:
+        blurred = sitk.SmoothingRecursiveGaussian(sitk.Cast(image, sitk.sitkFloat32), [blur_mm] * 3)
+        return Volume(_from_blurred(sitk.GetArrayFromImage(blurred), blur_mm), affine)
     distance = sitk.SignedMaurerDistanceMap(
         image, insideIsPositive=False, squaredDistance=False, useImageSpacing=True
     )
-    size = np.maximum(
-        np.ceil((np.array(image.GetSize()) - 1) * np.array(image.GetSpacing()) / _GRID_MM).astype(int) + 1, 4
-    )
+    spacing = np.maximum(np.array(image.GetSpacing()), _GRID_MM)
+    size = np.ceil((np.array(image.GetSize()) - 1) * np.array(image.GetSpacing()) / spacing).astype(int) + 1
     distance = sitk.Resample(
         sitk.Cast(distance, sitk.sitkFloat32),
         size.tolist(),
         sitk.Transform(3, sitk.sitkIdentity),
         sitk.sitkLinear,
         image.GetOrigin(),
-        [_GRID_MM] * 3,
+        spacing.tolist(),
         image.GetDirection(),
         _FARTHEST_MM,
         sitk.sitkFloat32,
     )
-    return sitk.Clamp(distance, sitk.sitkFloat32, -_FARTHEST_MM, _FARTHEST_MM)
+    return Volume.from_sitk(sitk.Clamp(distance, sitk.sitkFloat32, -_FARTHEST_MM, _FARTHEST_MM))
 
 
-def _residual(first: sitk.Image, second: sitk.Image, surface: np.ndarray, to_first: np.ndarray) -> float:
-    """Mean mm by which two aligned surfaces differ, at points (N, 3) of the second one.
+def _from_blurred(share: np.ndarray, blur_mm: float) -> np.ndarray:
+    """Signed distance in mm to a flat surface that a Gaussian made these shares of, cut at two of its deviations."""
+    from scipy.special import ndtri
 
-    A voxel's centre at the surface lies inside of it by some part of a voxel, so its own distance is taken off.
-    """
-    there = _values(first, surface @ to_first[:3, :3].T + to_first[:3, 3])
-    return float(np.abs(there - _values(second, surface)).mean())
-
-
-def _values(image: sitk.Image, points: np.ndarray) -> np.ndarray:
-    """An image's values (N,) at points (N, 3) in mm, by linear interpolation."""
-    from scipy.ndimage import map_coordinates
-
-    grid = Volume.from_sitk(image)
-    index = grid.to_index(points)[:, ::-1].T
-    return map_coordinates(grid.voxels, index, order=1, mode="constant", cval=_FARTHEST_MM)
-
-
-def _border(mask: Volume) -> np.ndarray:
-    """Voxels (N, 3) of a mask beside its outside, in LPS mm; evenly thinned out where there are very many."""
-    from scipy.ndimage import binary_erosion
-
-    box = bounding_box(mask.voxels)
-    assert box is not None
-    whole = np.asarray(mask.voxels[box], dtype=bool)
-    indices = np.argwhere(whole & ~np.asarray(binary_erosion(whole), dtype=bool)) + [
-        side.start for side in box
-    ]
-    return mask.to_world(indices[:: -(-len(indices) // _MOST_POINTS)][:, ::-1])
+    return (-blur_mm * ndtri(np.clip(share, 0.0228, 0.9772))).astype(np.float32)

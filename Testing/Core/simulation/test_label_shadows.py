@@ -52,7 +52,7 @@ def test_masks_are_the_rays_that_meet_voxels(seed):
         true = _met(np.isin(voxels, numbers), affine, camera)
         # Rays that cut less than a fifth of a voxel off a corner may be missed, none may be made up.
         assert not (masks[name] & ~true).any()
-        assert (true & ~masks[name]).sum() <= share * true.sum() + 2
+        assert (true & ~masks[name]).sum() <= share * true.sum() + 3
 
 
 def test_more_structures_than_bits(seed=0):
@@ -69,6 +69,11 @@ def test_more_structures_than_bits(seed=0):
 
 def test_labels_behind_the_source_are_refused():
     labels = Volume(np.ones((5, 5, 5), np.uint8), np.diag([20.0, 20.0, 20.0, 1.0]))
-    camera = Camera(np.array([[50.0, 0, 8], [0, 50.0, 8], [0, 0, 1]]), look_at((40, 40, 30), (40, 40, 90), (0, 1, 0)), 16, 16)
+    camera = Camera(
+        np.array([[50.0, 0, 8], [0, 50.0, 8], [0, 0, 1]]),
+        look_at((40, 40, 30), (40, 40, 90), (0, 1, 0)),
+        16,
+        16,
+    )
     with pytest.raises(InputError, match="inside or behind"):
         label_shadows(labels, camera, {"a": [1]})

@@ -8,7 +8,7 @@ import pytest
 import SimpleITK as sitk
 
 SKULL, C5, CORD, TRACHEA = 91, 46, 79, 16  # of TotalSegmentator's task total
-MARKER = np.array([24.0, -22.0, -38.0])  # where the second scan's marker lies in the first one's world
+MARKER = np.array([30.0, 30.0, -60.0])  # where the second scan's marker lies in the first one's world
 MARKER_MM = 7.0
 SHAPE = (68, 56, 60)  # (k, j, i)
 
@@ -56,10 +56,12 @@ def labels_at(points, is_second):
     at_c5 = moved(np.linalg.inv(C5_MOTION), points) if is_second else points
     labels = np.zeros(points.shape[:-1], np.uint8)
     labels[_ellipsoid(points, (0, 2, 35), (38, 46, 40))] = SKULL
-    labels[_ellipsoid(points, (14, -30, 24), (12, 14, 12))] = SKULL  # without it a turn would be told by little
+    labels[_ellipsoid(points, (14, -30, 24), (12, 14, 12))] = (
+        SKULL  # without it a turn would be told by little
+    )
     labels[_ellipsoid(points, (0, -24, -45), (7, 7, 26))] = TRACHEA
-    labels[_ellipsoid(at_c5, C5_CENTRE, (16, 12, 10))] = C5
-    labels[_ellipsoid(at_c5, C5_CENTRE + [0, 16, 0], (4, 9, 6))] = C5
+    labels[_ellipsoid(at_c5, C5_CENTRE, (20, 14, 13))] = C5
+    labels[_ellipsoid(at_c5, np.add(C5_CENTRE, [0, 16, 0]), (7, 11, 8))] = C5
     return labels
 
 
@@ -114,7 +116,10 @@ def spot(image, pixel, half=6):
     fit = np.linalg.lstsq(plane, part[rim], rcond=None)[0]
     weight = np.maximum(part - (fit[0] * rows + fit[1] * columns + fit[2]) - 0.15, 0)
     assert weight.sum() > 2, "there is no spot"
-    return np.array([(weight * columns).sum(), (weight * rows).sum()]) / weight.sum() + [column - half, row - half]
+    return np.array([(weight * columns).sum(), (weight * rows).sum()]) / weight.sum() + [
+        column - half,
+        row - half,
+    ]
 
 
 def dice_of(case, numbers, motion):
