@@ -34,10 +34,7 @@ class LabelMasks:
                 f"Labels must be whole numbers, not {labels.voxels.dtype}: convert the label map."
             )
         self.labels = labels
-        signed = np.issubdtype(labels.voxels.dtype, np.signedinteger)
-        self._boxes: list[Box | None] = find_objects(
-            labels.voxels if signed else labels.voxels.astype(np.int64)
-        )
+        self._boxes: list[Box | None] = find_objects(labels.voxels)
 
     def box(self, numbers: Sequence[int]) -> Box | None:
         """The smallest box (k, j, i) that holds all voxels with one of the numbers, None when there are none."""

@@ -42,59 +42,51 @@ def silhouette(mask: Volume, camera: Camera) -> np.ndarray:
 
     """
     seen = np.zeros((camera.height, camera.width), dtype=bool)
-    rays = _Rays(mask, camera)
-    for low, edge in _boxes(np.asarray(mask.voxels, dtype=bool)):
+    voxels = np.asarray(mask.voxels, dtype=bool)
+    box = bounding_box(voxels)
+    if box is None:
+        return seen
+    first = np.array([side.start for side in reversed(box)])
+    size = np.array([side.stop - side.start for side in reversed(box)])
+    low, high = (ends[0] for ends in _Shadows(mask, camera).rectangles(first[None] - 0.5, size))
+    if (low > high).any():
+        return seen
+    window = slice(int(low[1]), int(high[1]) + 1), slice(int(low[0]), int(high[0]) + 1)
+    part = np.zeros((window[0].stop - window[0].start, window[1].stop - window[1].start), dtype=bool)
+    rays = _Rays(mask, camera.cropped(window[0].start, window[0].stop, window[1].start, window[1].stop))
+    for corners, edge in _boxes(voxels[box]):
         # Every n-th box: the first few mark most of the silhouette, within which the others are then left out.
-        parts = -(-len(low) // _BOXES_AT_ONCE)
-        for part in range(parts):
-            rays.mark(seen, low[part::parts], edge)
+        parts = -(-len(corners) // _BOXES_AT_ONCE)
+        for number in range(parts):
+            rays.mark(part, corners[number::parts] + first, edge)
+    seen[window] = part
     return seen
 
 
 def _boxes(mask: np.ndarray) -> Iterator[tuple[np.ndarray, int]]:
     """First voxels (N, 3), as (i, j, k), of full cubes, and their edge in voxels; together they are the mask."""
-    box = bounding_box(mask)
-    if box is None:
-        return
-    first = np.array([side.start for side in box])
-    left = np.pad(mask[box], [(0, -(side.stop - side.start) % _BLOCKS[0]) for side in box])
+    left = np.pad(mask, [(0, -size % _BLOCKS[0]) for size in mask.shape])
     for edge in _BLOCKS:
         cells = left.reshape([n for size in left.shape for n in (size // edge, edge)])
         full = np.asarray(cells.all(axis=(1, 3, 5)))
         if full.any():
-            yield (np.argwhere(full) * edge + first)[:, ::-1], edge
+            yield np.argwhere(full)[:, ::-1] * edge, edge
             cells[np.broadcast_to(full[:, None, :, None, :, None], cells.shape)] = False
 
 
-class _Rays:
-    """The rays of a camera in the index coordinates of a grid."""
+class _Shadows:
+    """Where boxes of a grid fall on a camera's detector."""
 
     def __init__(self, grid: Volume, camera: Camera) -> None:
-        self._source = grid.to_index(camera.source)
-        to_index = np.linalg.inv(grid.affine[:3, :3])
-        self._directions = camera.pixel_directions().reshape(-1, 3) @ to_index.T
-        self._width = camera.width
         self._last = np.array([camera.width - 1, camera.height - 1])
         self._project = camera.intrinsics @ (camera.extrinsic @ grid.affine)[:3]
 
-    def mark(self, seen: np.ndarray, low: np.ndarray, edge: int) -> None:
-        """Mark in seen (H, W) what meets the boxes from voxels low (N, 3) of an edge in voxels."""
-        corners = low - 0.5
-        first, last = self._rectangles(corners, edge)
-        kept = ((first <= last).all(axis=1)) & ~_is_full(seen, first, last)
-        corners, first, last = corners[kept], first[kept], last[kept]
-        size = last - first + 1
-        tests = np.cumsum(size.prod(axis=1))
-        start = 0
-        while start < len(corners):
-            done = tests[start - 1] if start else 0
-            stop = max(int(np.searchsorted(tests, done + _TESTS_AT_ONCE, side="right")), start + 1)
-            self._test(seen, corners[start:stop], first[start:stop], size[start:stop], edge)
-            start = stop
+    def rectangles(self, corners: np.ndarray, edge: int | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """First and last pixel (N, 2), (column, row), within which boxes project; last before first where nowhere.
 
-    def _rectangles(self, corners: np.ndarray, edge: int) -> tuple[np.ndarray, np.ndarray]:
-        """First and last pixel (N, 2), (column, row), within which a box projects; last before first where nowhere."""
-        ends = np.stack(np.meshgrid(*[(0, edge)] * 3, indexing="ij"), axis=-1).reshape(8, 3)
+        corners: (N, 3) their lowest corners, as (i, j, k); edge: their size in voxels, one or (3,).
+        """
+        ends = np.stack(np.meshgrid(*[(0, 1)] * 3, indexing="ij"), axis=-1).reshape(8, 3) * edge
         points = corners[:, None] + ends
         image = points @ self._project[:, :3].T + self._project[:, 3]
         depth = image[..., 2]
@@ -112,6 +104,32 @@ class _Rays:
         last[behind] = -1
         first = np.clip(first, 0, self._last + 1).astype(np.int64)
         return first, np.clip(last, -1, self._last).astype(np.int64)
+
+
+class _Rays:
+    """The rays of a camera in the index coordinates of a grid."""
+
+    def __init__(self, grid: Volume, camera: Camera) -> None:
+        self._shadows = _Shadows(grid, camera)
+        self._source = grid.to_index(camera.source)
+        to_index = np.linalg.inv(grid.affine[:3, :3])
+        self._directions = camera.pixel_directions().reshape(-1, 3) @ to_index.T
+        self._width = camera.width
+
+    def mark(self, seen: np.ndarray, low: np.ndarray, edge: int) -> None:
+        """Mark in seen (H, W) what meets the boxes from voxels low (N, 3) of an edge in voxels."""
+        corners = low - 0.5
+        first, last = self._shadows.rectangles(corners, edge)
+        kept = ((first <= last).all(axis=1)) & ~_is_full(seen, first, last)
+        corners, first, last = corners[kept], first[kept], last[kept]
+        size = last - first + 1
+        tests = np.cumsum(size.prod(axis=1))
+        start = 0
+        while start < len(corners):
+            done = tests[start - 1] if start else 0
+            stop = max(int(np.searchsorted(tests, done + _TESTS_AT_ONCE, side="right")), start + 1)
+            self._test(seen, corners[start:stop], first[start:stop], size[start:stop], edge)
+            start = stop
 
     def _test(
         self, seen: np.ndarray, corners: np.ndarray, first: np.ndarray, size: np.ndarray, edge: int

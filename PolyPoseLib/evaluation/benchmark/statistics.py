@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from PolyPoseLib.evaluation.benchmark.columns import Column, Row, columns_of
+from PolyPoseLib.evaluation.benchmark.columns import Column, Row, columns_of, view_set
 
 OURS = "polypose"
 """The system that is tested against its best rival."""
@@ -154,10 +154,10 @@ def tables_of(rows: Sequence[Row], ours: str = OURS) -> list[Table]:
         A system that has no row for a case of its table counts as not having finished it.
 
     """
-    places = dict.fromkeys((str(row["dataset"]), str(row["views"])) for row in rows)
+    places = dict.fromkeys((str(row["dataset"]), view_set(row)) for row in rows)
     return [
         _table(
-            dataset, views, [row for row in rows if (row["dataset"], row["views"]) == (dataset, views)], ours
+            dataset, views, [row for row in rows if (row["dataset"], view_set(row)) == (dataset, views)], ours
         )
         for dataset, views in places
     ]
@@ -198,7 +198,8 @@ def _line(system: str, rows: Sequence[Row], columns: Sequence[Column], cases: in
     absent = cases - len({(row["subject"], row["case"]) for row in rows})
     if absent:
         reasons["skipped", "it was not run on these"] = absent
-    return Line(system, len(done), cases, cells, dict(reasons))
+    finished = {(row["subject"], row["case"]) for row in done}
+    return Line(system, len(finished), cases, cells, dict(reasons))
 
 
 def _comparable(column: Column, lines: Sequence[Line]) -> list[Line]:

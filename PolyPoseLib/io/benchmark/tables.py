@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from PolyPoseLib.errors import InputError, one_line
-from PolyPoseLib.evaluation.benchmark.columns import Row
+from PolyPoseLib.evaluation.benchmark.columns import Row, view_set
 from PolyPoseLib.evaluation.benchmark.statistics import OURS, Table, tables_of
 from PolyPoseLib.io.benchmark import words
 from PolyPoseLib.io.benchmark.latex_table import latex
@@ -57,7 +57,7 @@ def write_tables(rows: Sequence[Row], folder: Path, ours: str = OURS) -> list[st
     tables = tables_of(rows, ours)
     names = []
     for table, stem in zip(tables, table_stems(tables), strict=True):
-        own = [row for row in rows if (row["dataset"], row["views"]) == (table.dataset, table.views)]
+        own = [row for row in rows if (row["dataset"], view_set(row)) == (table.dataset, table.views)]
         texts = {"md": markdown(table, own), "csv": _wide(table), "tex": latex(table, own, stem)}
         for ending, text in texts.items():
             names.append(f"{stem}.{ending}")

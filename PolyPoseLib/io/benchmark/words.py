@@ -18,7 +18,7 @@ from PolyPoseLib.evaluation.benchmark.statistics import (
 
 LONGEST_REASON = 300
 
-_VIEWS = re.compile(r"([0-9]+)x([0-9.]+)")
+_VIEWS = re.compile(r"([0-9]{1,6})(?:x([0-9.]+)|-frames)", re.ASCII)
 
 
 def heading(table: Table) -> str:
@@ -26,8 +26,9 @@ def heading(table: Table) -> str:
     found = _VIEWS.fullmatch(table.views)
     views = one_line(table.views)
     if found is not None:
-        count, arc = found.groups()
-        views = "1 X-ray" if count == "1" else f"{count} X-rays over {arc} degrees"
+        views = counted(int(found[1]), "X-ray") + (
+            f" over {found[2]} degrees" if found[2] and found[1] != "1" else ""
+        )
     return f"{one_line(table.dataset)}, {views}, {counted(table.subjects, 'subject')}"
 
 
@@ -94,8 +95,8 @@ def notes(table: Table, rows: Sequence[Row]) -> list[str]:
     if lost:
         told = ", ".join(f"{one_line(system)} {count}" for system, count in lost.items())
         sentences.append(
-            f"Structures that a system pushed out of the truth's grid count with Dice 0 and an HD95 of the grid's "
-            f"diagonal: {told}."
+            f"Structures that a system pushed out of the truth's grid or of a held-out X-ray count with Dice 0 and the "
+            f"diagonal as HD95: {told}."
         )
     if any(column.measure == "folds" for column in table.columns):
         sentences.append(
@@ -114,7 +115,11 @@ def _scores(rows: Sequence[Row]) -> list[dict]:
 
 def _marked(scores: dict, mark: str) -> list[str]:
     """Structures that have a mark."""
-    return [name for name, each in (scores.get("structures") or {}).items() if each.get(mark)]
+    parts = scores, scores.get("held_out") or {}
+    marked = [
+        name for part in parts for name, each in (part.get("structures") or {}).items() if each.get(mark)
+    ]
+    return list(dict.fromkeys(marked))
 
 
 def p_value(p: float | None) -> str:

@@ -80,7 +80,7 @@ def draw_deformation(
             _draw_shares(figure, place, hu, body, names, weights)
 
         show(places[1], shares, CORONAL, warped)
-        places[1].set_title("whose motion tissue takes", fontsize=TEXT, color=INK)
+        places[1].set_title("weights of the structures' motions", fontsize=TEXT, color=INK)
     figure.suptitle(heading, fontsize=TEXT + 1, color=INK, weight="bold")
     return figure
 
@@ -178,7 +178,7 @@ def _draw_shares(
         handles.append(Patch(facecolor=OTHERS_COLOUR, label=f"{len(order) - len(own)} others {rest:.0f} %"))
     figure.legend(
         handles=handles, loc="outside lower center", ncols=4, fontsize=SMALL - 1, frameon=False, handlelength=1.2,
-        title="mean weight of each structure's motion in this slice", title_fontsize=SMALL, labelcolor=INK,
+        title="mean weight in this slice", title_fontsize=SMALL, labelcolor=INK,
     )  # fmt: skip
 
 

@@ -69,7 +69,9 @@ def draw_errors(scans: Scans, heading: str) -> Figure:
             if row == 0:
                 places[row, number].set_title(plane.name, fontsize=TEXT, color=INK)
         error = mean_difference(grid.voxels, moved.voxels)
-        places[row, 0].set_ylabel(f"{_ROWS[row]}\nmean difference {error:.0f} HU", fontsize=SMALL, color=INK)
+        places[row, 0].set_ylabel(
+            f"{_ROWS[row]}\nmean |difference| {error:.0f} HU", fontsize=SMALL, color=INK
+        )
     _colour_bar(figure, places)
     figure.suptitle(heading, fontsize=TEXT + 1, color=INK, weight="bold")
     return figure

@@ -95,6 +95,11 @@ def test_a_system_that_failed_on_a_subject_has_no_rank():
     assert (not_run.done, not_run.cases) == (2, 3) and sum(not_run.reasons.values()) == 1
 
 
+def test_a_case_that_was_run_twice_counts_once():
+    (table,) = tables_of([row("a", "s0", 0.5), row("a", "s0", 0.5), row("b", "s0", 0.5)])
+    assert (table.lines[0].done, table.lines[0].cases, table.lines[0].is_whole) == (1, 1, True)
+
+
 def test_scores_of_a_failed_row_are_not_used():
     broken = {**row("a", "s1", 0.1, status="failed"), "scores": {"groups": {"bones": {"dice": 0.1}}}}
     (table,) = tables_of([broken, row("a", "s2", 0.9), row("b", "s1", 0.5), row("b", "s2", 0.5)])

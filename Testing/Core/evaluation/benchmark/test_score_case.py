@@ -198,6 +198,15 @@ def test_silhouettes_see_what_moves_out_of_the_ct():
     assert table["structures"]["liver"]["rest_tre_mean_mm"] == pytest.approx(28.0, abs=1e-3)
 
 
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.int32, np.int64])
+def test_labels_of_any_integer_type(case, kind):
+    source, fixed = case.study.source_segmentation, case.truth.labels
+    other = replace_study(case, source_segmentation=source.with_voxels(source.voxels.astype(kind)))
+    other = replace_truth(other, labels=fixed.with_voxels(fixed.voxels.astype(kind)), held_out=())
+    expected = score_case(replace_truth(case, held_out=()), TRUE)
+    assert score_case(other, TRUE)["structures"] == expected["structures"]
+
+
 def test_room_is_bounded_when_a_field_explodes(case):
     source = case.study.source_segmentation
     field = scored_case.field_of(np.diag([1e4, 1e4, 1e4, 1.0]))

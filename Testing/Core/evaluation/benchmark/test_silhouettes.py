@@ -6,6 +6,7 @@ import scored_case
 from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.evaluation.benchmark import silhouettes
 from PolyPoseLib.evaluation.benchmark.silhouettes import silhouette
 from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at
 
@@ -44,6 +45,15 @@ def test_blocks_of_voxels_change_nothing():
         expected = scored_case.exact_mask(labels, affine, number, camera)
         assert expected.sum() > 100
         assert np.array_equal(silhouette(Volume(labels == number, affine), camera), expected)
+
+
+@pytest.mark.parametrize("seed", range(100, 104))
+def test_parts_change_nothing(seed, monkeypatch):
+    mask, camera = blobs(seed)
+    expected = scored_case.exact_mask(mask.voxels, mask.affine, 1, camera)
+    monkeypatch.setattr(silhouettes, "_BOXES_AT_ONCE", 7)
+    monkeypatch.setattr(silhouettes, "_TESTS_AT_ONCE", 50)
+    assert np.array_equal(silhouette(mask, camera), expected)
 
 
 def test_every_point_of_a_ray_inside_a_voxel_is_seen():

@@ -15,7 +15,7 @@ from PolyPoseLib.simulation.simulate import SimulationOptions, simulate_case, vi
 LABELS = {"pelvis": (10,), "femur_left": (20,), "vertebrae_L4": (40,), "liver": (5,)}
 
 
-@pytest.mark.parametrize("handedness", [1, -1])
+@pytest.mark.parametrize("handedness", [pytest.param(1, marks=pytest.mark.long), -1])
 def test_the_true_field_of_a_simulation_scores_one_within_a_voxel(handedness):
     ct, structures, source = phantom(spacing=(4.0, 4.0, 5.0), handedness=handedness)
     motions = {

@@ -10,7 +10,7 @@ from benchmark_rows import row
 from PolyPoseLib.data.benchmark.system import Motion
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.benchmark.figures import draw_case, write_figures
+from PolyPoseLib.io.benchmark.figures import canvas, draw_case, write_figures
 from PolyPoseLib.io.benchmark.figures.curves import draw_curves
 from PolyPoseLib.io.benchmark.figures.deformation import contributions
 from PolyPoseLib.io.benchmark.figures.overlays import composite, mean_difference
@@ -26,6 +26,12 @@ from PolyPoseLib.io.benchmark.figures.straight import (
 from PolyPoseLib.warp.dense import warp_volume
 
 pytest.importorskip("matplotlib")
+
+
+@pytest.fixture(autouse=True)
+def coarse_pictures(monkeypatch):
+    """Pixels take time, and these pictures are only looked for."""
+    monkeypatch.setattr(canvas, "DPI", 50)
 
 
 @pytest.fixture(scope="module")
@@ -109,6 +115,7 @@ def test_weights_are_one_in_the_bone_where_its_pose_puts_it(case):
     assert 0.01 < found[0, 2, 1] < 0.99
 
 
+@pytest.mark.long
 def test_pictures_of_a_case(case, tmp_path):
     motion = Motion(scored_case.field_of(), {"femur": scored_case.MOTION})
     names = draw_case(case, motion, tmp_path, "a $ystem_name")

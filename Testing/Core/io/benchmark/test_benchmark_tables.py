@@ -187,6 +187,22 @@ def test_lost_and_cut_off_structures_are_named(rows, tmp_path):
         assert "polypose 1" in text and "321 pixels" in text and "parts: femur" in text
 
 
+def test_real_frames_of_different_numbers_share_a_table(tmp_path):
+    """Real X-rays are named by frames, which differ from subject to subject."""
+    rows = [
+        row(system, subject, 0.5, views=views)
+        for system in ("a", "b")
+        for subject, views in (("s1", "10+9"), ("s2", "0+33"), ("s3", "4"))
+    ]
+    assert write_tables(rows, tmp_path)[::3] == [
+        "table-drawn-2-frames.md",
+        "table-drawn-1-frames.md",
+        "scores.csv",
+    ]
+    assert "drawn, 2 X-rays, 2 subjects" in (tmp_path / "table-drawn-2-frames.md").read_text(encoding="utf-8")
+    assert "drawn, 1 X-ray, 1 subject" in (tmp_path / "table-drawn-1-frames.md").read_text(encoding="utf-8")
+
+
 def test_names_of_data_sets_stay_in_the_folder(rows, tmp_path):
     for each in rows:
         each["dataset"] = "../../up"
