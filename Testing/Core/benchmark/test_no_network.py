@@ -27,7 +27,7 @@ socket.create_connection(("localhost", server.server_address[1]), 5).close()
 socket.getaddrinfo("::1", 80)
 first, second = socket.socketpair()
 first.sendall(b"x")
-print(second.recv(1), socket.getaddrinfo(None, 0)[0][1])
+print(second.recv(1), bool(socket.getaddrinfo(None, 0)))
 """
 
 
@@ -35,7 +35,7 @@ def test_another_machine_cannot_be_reached_and_this_one_can():
     ended = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, timeout=100)
     hosts = ["polypose.invalid", "192.0.2.1", "192.0.2.1", "192.0.2.1", "polypose.invalid"]
     lines = ended.stdout.splitlines()
-    assert len(lines) == 6 and lines[5] == "b'x' 0", ended.stderr
+    assert len(lines) == 6 and lines[5] == "b'x' True", ended.stderr
     for line, host in zip(lines, hosts, strict=False):
         assert line.startswith(
             f'It tried to reach "{host}", and a benchmark uses no network: give files of weights'
