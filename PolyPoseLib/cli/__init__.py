@@ -11,7 +11,7 @@ from types import ModuleType
 
 ORDER = (
     "register", "cohort", "track", "view", "cameras", "train", "structures", "simulate", "evaluate", "transform",
-    "project", "dicom", "sample", "demo",
+    "project", "dicom", "benchmark", "sample", "demo",
 )  # fmt: skip
 """Order in the help; a module that is not listed comes last."""
 

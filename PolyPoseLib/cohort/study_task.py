@@ -13,6 +13,7 @@ from pathlib import Path
 
 from PolyPoseLib import __version__
 from PolyPoseLib.cohort.child import ChildEnd, run_child
+from PolyPoseLib.cohort.child_words import child_environment, last_sentence, signal_name
 from PolyPoseLib.data.cohort.job import StudyJob
 from PolyPoseLib.data.cohort.outcome import DONE, INTERRUPTED, UNTRUSTED, WRONG_INPUT, Outcome
 from PolyPoseLib.errors import LESS_MEMORY, cut, one_line
@@ -21,21 +22,8 @@ from PolyPoseLib.io.cohort.fingerprint import fingerprint
 from PolyPoseLib.io.cohort.outcome_files import read_outcome, write_outcome
 from PolyPoseLib.io.locks import locked
 
-OPENING = "polypose: "
-"""Of the sentence by which the command line ends."""
-
-_THREAD_VARIABLES = (
-    "OMP_NUM_THREADS",
-    "OPENBLAS_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "NUMBA_NUM_THREADS",
-    "ITK_GLOBAL_DEFAULT_NUMBER_OF_THREADS",
-)
-
 _WAIT_SECONDS = 30.0
 """For an attempt whose worker was killed to end."""
-
-_TAIL_BYTES = 1 << 16
 
 _MACHINE = (LESS_MEMORY, "the disk is full", "memory ran out")
 """Parts of the sentences about wrong input by which the machine is at fault."""
@@ -75,7 +63,7 @@ def run_study(job: StudyJob, run: str) -> Outcome:
     if end is None or end.asked:
         return Outcome(job.identity, INTERRUPTED, "It was interrupted.", attempts=attempt)
     outcome = dataclasses.replace(
-        _outcome(job, end, _said(log, began)),
+        _outcome(job, end, last_sentence(log, began)),
         digest=digest,
         stamps=stamps,
         attempts=attempt,
@@ -99,10 +87,7 @@ def command_of(job: StudyJob) -> list[str]:
 
 def environment_of(job: StudyJob) -> dict[str, str]:
     """The variables of that process: its threads, its compiled loops, and where this package is."""
-    package = str(Path(__file__).resolve().parents[2])
-    paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "MPLBACKEND": "Agg"}
-    environment |= dict.fromkeys(_THREAD_VARIABLES, str(job.settings.threads))
+    environment = child_environment(job.settings.threads)
     if job.settings.cache == "worker":
         environment["NUMBA_CACHE_DIR"] = worker_cache()
     return environment
@@ -137,7 +122,7 @@ def _outcome(job: StudyJob, end: ChildEnd, said: str) -> Outcome:
         reason = f"It took longer than the limit of {job.settings.limit_seconds:.0f} s and was ended."
     elif status < 0:
         transient = True
-        reason = f"The system killed it ({_signal_name(-status)}){_perhaps_memory(job, end)}."
+        reason = f"The system killed it ({signal_name(-status)}){_perhaps_memory(job, end)}."
     elif status not in (DONE, UNTRUSTED):
         transient = status != WRONG_INPUT or any(part in said for part in _MACHINE)
         reason = said or f"It ended with exit status {status} and said nothing."
@@ -160,13 +145,6 @@ def _perhaps_memory(job: StudyJob, end: ChildEnd) -> str:
     return f", as a rule for lack of memory: it had {end.peak_memory_mib:.0f} MiB, {job.memory_mib} were set aside"
 
 
-def _signal_name(number: int) -> str:
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"
-
-
 def _without_folder(text: str, job: StudyJob) -> str:
     """A sentence without the paths of the study's folder and the cohort's, which are long and the same everywhere."""
     for folder in (str(Path(job.study).parent), job.folder):
@@ -186,12 +164,3 @@ def _attempts(log: Path, digest: str) -> int:
             return sum(line.startswith(_mark(digest)) for line in stream)
     except FileNotFoundError:
         return 0
-
-
-def _said(log: Path, began: int) -> str:
-    """The last sentence of the program in a log, from a byte on; empty where there is none."""
-    with log.open("rb") as stream:
-        size = stream.seek(0, os.SEEK_END)
-        stream.seek(max(began, size - _TAIL_BYTES))
-        lines = stream.read().decode("utf-8", "replace").splitlines()
-    return next((each.removeprefix(OPENING) for each in reversed(lines) if each.startswith(OPENING)), "")

@@ -1,0 +1,1 @@
+"""Benchmarks: every system on every case, a process each, scored against truths that no system sees."""

@@ -1,0 +1,112 @@
+"""What is asked of the processes of a benchmark."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+DATASETS = ("deepfluoro", "headneck", "thoraxcbct", "simulated")
+"""Layouts that are read."""
+
+DONE, FAILED, SKIPPED = STATUSES = ("done", "failed", "skipped")
+"""Of a row: with scores, without by its own fault, without because it cannot run here."""
+
+
+@dataclass(frozen=True)
+class CaseSource:
+    """Where cases are read from, again by every process that needs one.
+
+    Attributes
+    ----------
+    dataset : str
+        One of ``DATASETS``.
+    root : str
+        Folder or file of the data.
+    subject : str
+        As its reader lists it.
+    views : str
+        One set of views by the name that its reader has for it, as a rule "2x30": number of views x arc in degrees.
+
+    """
+
+    dataset: str
+    root: str
+    subject: str
+    views: str
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """What is the same for every run of a benchmark, so that times can be compared.
+
+    Attributes
+    ----------
+    threads : int
+        Of the processor, for each run.
+    device : str
+        "cpu" or "cuda".
+    seed : int
+        Of whatever is random.
+
+    """
+
+    threads: int = 1
+    device: str = "cpu"
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class KnownCase:
+    """A case that has been read once.
+
+    Attributes
+    ----------
+    source : CaseSource
+        By which it is read again.
+    name, subject, views : str
+        As ``BenchmarkCase`` has them.
+    digest : str
+        SHA256 of everything in it, the truth included.
+
+    """
+
+    source: CaseSource
+    name: str
+    subject: str
+    views: str
+    digest: str
+
+
+@dataclass(frozen=True)
+class RunJob:
+    """One system on one case.
+
+    Attributes
+    ----------
+    case : KnownCase
+        What it is given.
+    system : str
+        As the tables have it.
+    path : str
+        "module:Class".
+    settings : RunSettings
+        How it runs.
+    folder : str
+        Of the benchmark.
+    digest : str
+        SHA256 of all that the row depends on.
+    weights : str
+        Its file of trained weights; empty without.
+    keep_field, draw : bool
+        Whether the field is written, and pictures of the case, too.
+
+    """
+
+    case: KnownCase
+    system: str
+    path: str
+    settings: RunSettings
+    folder: str
+    digest: str
+    weights: str = ""
+    keep_field: bool = False
+    draw: bool = False

@@ -1,0 +1,132 @@
+"""The folder of a benchmark: made, known again, and held by one run at a time."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from PolyPoseLib import __version__
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.files import read_text
+from PolyPoseLib.io.json_records import json_text, parse_object
+from PolyPoseLib.io.locks import locked
+from PolyPoseLib.io.whole_files import replaced_whole
+
+MARK = "benchmark.json"
+"""The file by which a folder is known to be a benchmark's."""
+
+CASES, ROWS, LOGS = "cases", "rows", "logs"
+TABLES, FIGURES, FIELDS, PICTURES = "tables", "figures", "fields", "pictures"
+"""Folders in it."""
+
+VERSION = 1
+
+_LEFT_OVER = re.compile(rf"\.DS_Store|\.([0-9a-f]{{8}}-)?{re.escape(MARK)}(\.polypose-lock)?")
+"""What a run that was killed before its mark was written leaves, and what macOS puts everywhere."""
+
+
+@contextmanager
+def opened_benchmark(folder: Path, dataset: str, data: Path, resume: bool) -> Iterator[Path]:
+    """Hold the folder of a benchmark for a run: made where it is absent or empty, gone on with where that was asked.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the benchmark.
+    dataset : str
+        Layout of the data; a folder holds rows of one.
+    data : Path
+        That the folder must neither be nor hold, nor lie in.
+    resume : bool
+        Whether an earlier run is gone on with.
+
+    Yields
+    ------
+    Path
+        The folder, resolved.
+
+    Raises
+    ------
+    InputError
+        It holds something else, or an earlier run that is not to be resumed; cannot be made; is too near to the
+        data; or another run holds it.
+
+    """
+    try:
+        target, source = folder.resolve(), data.resolve()
+    except RuntimeError as error:  # of Python before 3.13
+        raise InputError(f"{folder}: this link leads in a circle: choose another --output.") from error
+    if target == source or target.is_relative_to(source) or source.is_relative_to(target):
+        raise InputError(
+            f"{folder}: the benchmark and its data {data} must lie beside each other: choose another --output."
+        )
+    _require_place(folder, target, dataset, resume)
+    with locked(target, str(folder)):
+        target.mkdir(exist_ok=True)
+        with replaced_whole(target / MARK) as path:
+            fields = {"version": VERSION, "program": "PolyPose", "polypose": __version__, "dataset": dataset}
+            path.write_text(json_text(fields), encoding="utf-8")
+        for each in (CASES, ROWS, LOGS):
+            (target / each).mkdir(exist_ok=True)
+        yield target
+
+
+def _require_place(folder: Path, target: Path, dataset: str, resume: bool) -> None:
+    """Refuse what cannot be a benchmark's folder; raises InputError."""
+    if not target.parent.is_dir():
+        raise InputError(f"{folder}: the folder {target.parent} does not exist: make it first.")
+    if not target.exists():
+        return
+    if not target.is_dir():
+        raise InputError(f"{folder}: this is a file: choose a folder for --output.")
+    if (target / MARK).is_file():
+        fields = parse_object(read_text(target / MARK, "a benchmark's folder"), str(folder / MARK))
+        if fields.get("program") != "PolyPose" or fields.get("version") != VERSION:
+            raise InputError(
+                f"{folder}: it is no benchmark's folder of this version: choose a new or empty folder."
+            )
+        if fields.get("dataset") != dataset:
+            raise InputError(
+                f"{folder}: it holds a benchmark of {fields.get('dataset')}, not of {dataset}: choose another --output."
+            )
+        if not resume:
+            raise InputError(
+                f"{folder}: it holds an earlier run: add --resume to go on with it, or choose a new or empty folder."
+            )
+        return
+    stranger = next((each for each in sorted(os.listdir(target)) if not _LEFT_OVER.fullmatch(each)), None)
+    if stranger is not None:
+        raise InputError(
+            f'{folder}: the folder holds files that are no benchmark\'s ("{stranger}"): choose a new or empty folder.'
+        )
+
+
+def data_stamp(data: Path) -> str:
+    """A digest of the names, sizes and times of change of all files below a folder, or of a file.
+
+    As long as it stays, cases need not be read again to know that they are the same. Raises OSError where the system
+    refuses.
+    """
+    found = hashlib.sha256()
+    for path in sorted(_files_below(data)):
+        status = path.stat()
+        line = f"{os.path.relpath(path, data)} {status.st_size} {status.st_mtime_ns}\n"
+        found.update(line.encode("utf-8", "surrogateescape"))
+    return found.hexdigest()
+
+
+def _files_below(data: Path) -> Iterator[Path]:
+    """Every file, those behind links included; a folder that links lead to again is left out."""
+    if not data.is_dir():
+        yield data
+        return
+    seen = {os.path.realpath(data)}
+    for folder, folders, names in os.walk(data, followlinks=True):
+        behind = {name: os.path.realpath(Path(folder, name)) for name in sorted(folders)}
+        folders[:] = [name for name, real in behind.items() if real not in seen]
+        seen.update(behind.values())
+        yield from (path for name in names if (path := Path(folder, name)).is_file())
