@@ -105,10 +105,10 @@ class Options:
             value = getattr(self, field.name)
             if value is None and field.default is None:
                 continue
-            if field.name == "paper":
-                object.__setattr__(self, "paper", PaperOptions.from_dict(value))
-                continue
-            _check(field.name, str(field.type), value)
+            if field.name != "paper":
+                _check(field.name, str(field.type), value)
+        if self.paper is not None:
+            object.__setattr__(self, "paper", PaperOptions.from_dict(self.paper))
         if self.rotation_reach_mm is not None and self.preset == "paper":
             raise InputError(
                 'Option "rotation_reach_mm" does not go with the preset "paper", whose bones turn all tissue: leave it '

@@ -251,21 +251,22 @@ def attenuation_grid(ct: Volume, voxel_mm: float | None, bone_multiplier: float 
 
     bone_multiplier: of HU above BONE_HU.
     """
-
-    def attenuation(hu: np.ndarray) -> np.ndarray:
-        if bone_multiplier != 1:
-            hu = np.where(hu > BONE_HU, np.float32(bone_multiplier) * hu, hu)
-        return hounsfield_to_attenuation(hu)
-
     if voxel_mm is not None:
-        mu = attenuation(ct.voxels).astype(np.float32, copy=False)
+        mu = attenuation(ct.voxels, bone_multiplier).astype(np.float32, copy=False)
         return Grid(mu, ct.affine).coarsened(voxel_mm).padded()
     voxels = np.zeros(np.array(ct.voxels.shape) + 2, np.float32)
     for k, slab in enumerate(ct.voxels, start=1):  # no second copy of a large CT
-        voxels[k, 1:-1, 1:-1] = attenuation(slab)
+        voxels[k, 1:-1, 1:-1] = attenuation(slab, bone_multiplier)
     affine = ct.affine.copy()
     affine[:3, 3] -= affine[:3, :3] @ np.ones(3)
     return Grid(voxels, affine)
+
+
+def attenuation(hu: np.ndarray, bone_multiplier: float) -> np.ndarray:
+    """Attenuation in 1/mm of HU, those above BONE_HU multiplied first; an array of the same shape."""
+    if bone_multiplier != 1:
+        hu = np.where(hu > BONE_HU, np.float32(bone_multiplier) * hu, hu)
+    return hounsfield_to_attenuation(hu)
 
 
 def anchor_body(ct: Volume, scene: Scene, voxel_mm: float | None) -> Body:
