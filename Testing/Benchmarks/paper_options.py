@@ -28,7 +28,7 @@ from PolyPoseLib.io.results import load_result
 from PolyPoseLib.io.truths import load_truth
 
 NAME = "paper_options"
-FIELDS = ("anatomy", "views", "pixels", "seed", "variant", "options", "cameras")
+FIELDS = ("anatomy", "views", "pixels", "seed", "variant", "options")
 AS_BEFORE = {
     "anchor": "held",
     "restart_adam": False,
@@ -99,7 +99,6 @@ def key(name: str, seed: int, arguments: argparse.Namespace) -> Row:
         "seed": seed,
         "variant": name,
         "options": variant.options,
-        "cameras": variant.cameras,
     }
 
 
@@ -109,7 +108,7 @@ def run_row(wanted: Row, arguments: argparse.Namespace) -> Row:
     truth = load_truth(folder / "truth")
     fields = json.loads((folder / "study.json").read_text())
     fields["options"] = wanted["options"] | {"uncertainty": False}
-    if wanted["cameras"] == "true":
+    if VARIANTS[wanted["variant"]].cameras == "true":
         for xray, camera in zip(fields["xrays"], truth.cameras, strict=True):
             xray |= {"camera": "known", "extrinsic": camera.extrinsic.tolist()}
     tag = list(VARIANTS).index(wanted["variant"])
@@ -127,10 +126,9 @@ def run_row(wanted: Row, arguments: argparse.Namespace) -> Row:
 def write_table(rows: list[Row], path: Path) -> None:
     """One line per variant, means over seeds."""
     groups = [
-        (f"{name} ({cameras})", found)
-        for name in VARIANTS
-        for cameras in ("true", "initial")
-        if (found := [row for row in rows if row["variant"] == name and row["cameras"] == cameras])
+        (f"{name} ({variant.cameras})", found)
+        for name, variant in VARIANTS.items()
+        if (found := [row for row in rows if row["variant"] == name])
     ]
     text = (
         "# Options of the preset paper\n\n"

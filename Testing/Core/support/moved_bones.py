@@ -6,13 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import simulation_phantom
-from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at
 from PolyPoseLib.simulation.case_study import case_to_study
 from PolyPoseLib.simulation.simulate import SimulatedCase, SimulationOptions, simulate_case
+
+
+DETECTOR_MM = 220.0
+"""The body fills the X-rays: a dense field pulls tissue into air that it sees, since flat patches count as unlike."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,16 +50,14 @@ class MovedBones:
 
 
 @functools.lru_cache(maxsize=4)
-def moved_bones(seed, shift_deg=0.0, shift_mm=0.0, motion_scale=1.0, pixels=64, spacing=5.0):
-    """Bones turned about their joints and the patient shifted; X-rays from two directions 90 degrees apart."""
+def moved_bones(seed, shift_deg=0.0, shift_mm=0.0, motion_scale=1.0, pixels=64, spacing=5.0, views=2):
+    """Bones turned about their joints and the patient shifted; line integrals from directions spread over 180 degrees."""
     rng = np.random.default_rng([seed, 11])
     ct, structures, source = simulation_phantom.phantom((spacing, spacing, spacing))
-    texture = gaussian_filter(rng.normal(0, 400, ct.shape), 1.2)
-    ct = ct.with_voxels(np.where(ct.voxels > -900, ct.voxels + texture, ct.voxels).astype(np.float32))
     cameras = []
-    for angle in np.radians([0.0, 90.0]):
+    for angle in np.linspace(0, np.pi, views, endpoint=False):
         place = 700 * np.array([np.sin(angle), -np.cos(angle), 0.0])
-        intrinsics = intrinsics_matrix(1000, 400 / pixels, pixels, pixels)
+        intrinsics = intrinsics_matrix(1000, DETECTOR_MM / pixels, pixels, pixels)
         cameras.append(Camera(intrinsics, look_at(place, np.zeros(3)), pixels, pixels))
     case = simulate_case(
         ct,
@@ -73,7 +74,9 @@ def moved_bones(seed, shift_deg=0.0, shift_mm=0.0, motion_scale=1.0, pixels=64, 
     shift[:3, 3] = shift_mm * direction
     study = case_to_study(case, camera="known")
     xrays = tuple(
-        dataclasses.replace(xray, extrinsic=camera.extrinsic @ np.linalg.inv(shift))
-        for xray, camera in zip(study.xrays, cameras, strict=True)
+        dataclasses.replace(
+            xray, image=image.astype(np.float32), extrinsic=camera.extrinsic @ np.linalg.inv(shift)
+        )
+        for xray, camera, image in zip(study.xrays, cameras, case.clean_images, strict=True)
     )
     return MovedBones(case, dataclasses.replace(study, xrays=xrays), shift)
