@@ -13,7 +13,6 @@ from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at
 from PolyPoseLib.simulation.case_study import case_to_study
 from PolyPoseLib.simulation.simulate import SimulatedCase, SimulationOptions, simulate_case
 
-
 DETECTOR_MM = 220.0
 """The body fills the X-rays: a dense field pulls tissue into air that it sees, since flat patches count as unlike."""
 
@@ -51,7 +50,7 @@ class MovedBones:
 
 @functools.lru_cache(maxsize=4)
 def moved_bones(seed, shift_deg=0.0, shift_mm=0.0, motion_scale=1.0, pixels=64, spacing=5.0, views=2):
-    """Bones turned about their joints and the patient shifted; line integrals from directions spread over 180 degrees."""
+    """Bones turned about their joints and the patient shifted; line integrals from directions over 180 degrees."""
     rng = np.random.default_rng([seed, 11])
     ct, structures, source = simulation_phantom.phantom((spacing, spacing, spacing))
     cameras = []

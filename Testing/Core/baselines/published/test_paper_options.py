@@ -54,7 +54,7 @@ def objective(case, options):
     return PolyrigidObjective(quiet_run(scene), grid, warp, views, 4.0, options)
 
 
-@pytest.mark.parametrize("optimizer", ["adam", "lm"])
+@pytest.mark.parametrize("optimizer", ["adam", pytest.param("lm", marks=pytest.mark.long)])
 def test_a_free_anchor_moves_and_a_held_one_stands_still(case, optimizer):
     held, _ = fit(case, PLAIN, optimizer=optimizer)
     free, _ = fit(case, replace(PLAIN, anchor="free"), optimizer=optimizer)
