@@ -43,8 +43,9 @@ ITERATIONS = 501
 PIXELS = 180
 
 BONE_MULTIPLIER = 1.0
-"""Of HU of bone; the published program has 2, which its real X-rays ask for: where X-rays are as bright as attenuation
-says, a dense field answers it by shrinking bones (a phantom's ended 6.1 instead of 4.2 mm off)."""
+"""Of HU of bone. The published program has 2, which its real X-rays ask for; X-rays that are rendered from a CT, and
+those of this project's detector model, are as bright as attenuation says, and a dense field answers a wrong brightness
+by shrinking bones."""
 
 EPSILON = 1e-8
 """What torch's Adam adds to the root of the second moment. A slope by one of the CT's own voxels is of that size, so it
@@ -52,7 +53,9 @@ moves less than its whole step size; a node that stands for r of them has an r t
 
 NODE_MM = 4.0
 MOST_NODES = 750_000
-"""About 1.5 KB each while twists are differentiated."""
+"""About 1.5 KiB each while twists are differentiated. The public pelvis (112 x 101 x 122 voxels of 3 mm) has nodes of
+6 mm with it, 0.7 GiB, and with two X-rays 1.0 (DenseR3) and 1.5 (DenseSE3) processor seconds an iteration, measured
+over 3 of the 501."""
 
 COARSER = 1.15
 """Factor by which the nodes' distance grows until they are few enough."""
