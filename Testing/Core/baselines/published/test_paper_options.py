@@ -98,7 +98,7 @@ def test_the_ct_itself_is_not_multiplied(case):
     np.testing.assert_array_equal(case.study.ct.voxels, before)
 
 
-@pytest.mark.parametrize("options", [PUBLISHED, PLAIN])
+@pytest.mark.parametrize("options", [PUBLISHED, pytest.param(PLAIN, marks=pytest.mark.long)])
 def test_gradient_and_normal_equations_belong_to_the_similarity_of_the_options(case, options):
     function = objective(case, options)
     at = np.random.default_rng(1).normal(size=(3, 6)) * ([0.05] * 3 + [3.0] * 3)
