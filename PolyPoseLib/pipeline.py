@@ -10,6 +10,7 @@ import numpy as np
 
 from PolyPoseLib.baselines.published.method import find_camera_by_anchor, fit_structures_by_gmncc
 from PolyPoseLib.data.options import Options
+from PolyPoseLib.data.paper_options import PUBLISHED
 from PolyPoseLib.data.progress import CancelQuery, Monitor, ProgressCallback
 from PolyPoseLib.data.result import CameraResult, Result, StructureResult, installed_versions
 from PolyPoseLib.data.study import Study
@@ -180,15 +181,17 @@ class _Method:
 def _method(study: Study, options: Options, preset: Preset, run: Run) -> _Method:
     """The published method for the preset "paper", or else the default one at the preset's levels."""
     if options.preset == "paper":
+        details = options.paper or PUBLISHED
 
         def refine_published(
             run: Run, observation: Observation, source_to_detector_mm: float, search: bool
         ) -> RefinedCamera:
-            camera = find_camera_by_anchor(run, study.ct, observation)
+            camera = find_camera_by_anchor(run, study.ct, observation, options=details)
             return RefinedCamera(camera, float("nan"), reliable=True)
 
         def fit_published(cameras: StudyCameras) -> StructureFit:
-            joint = fit_structures_by_gmncc(run, study.ct, cameras.refined, options.optimizer or "adam")
+            optimizer = options.optimizer or "adam"
+            joint = fit_structures_by_gmncc(run, study.ct, cameras.refined, optimizer, options=details)
             observed = zip(cameras.refined, joint.cameras, strict=True)
             return StructureFit(
                 [each.with_camera(camera) for each, camera in observed], joint, run.soft_tissue

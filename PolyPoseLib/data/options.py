@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from PolyPoseLib.data.paper_options import PaperOptions
 from PolyPoseLib.errors import InputError, unknown_name
 
 CHOICES: dict[str, tuple[str, ...]] = {
@@ -70,6 +71,8 @@ class Options:
     composed : bool
         Whether the warped CT is composed of rigid bones over warped soft tissue, instead of warped smoothly throughout;
         bones that touch in the CT then part without being stretched.
+    paper : PaperOptions, optional
+        Or an object of its options: how faithful the preset "paper" is to the published program.
 
     Raises
     ------
@@ -94,6 +97,7 @@ class Options:
     transform_spacing_mm: float | None = None
     camera_model: str | None = None
     composed: bool = False
+    paper: PaperOptions | None = None
 
     def __post_init__(self) -> None:
         """Check every value; raises InputError naming the option."""
@@ -101,11 +105,19 @@ class Options:
             value = getattr(self, field.name)
             if value is None and field.default is None:
                 continue
-            _check(field.name, str(field.type), value)
+            if field.name != "paper":
+                _check(field.name, str(field.type), value)
+        if self.paper is not None:
+            object.__setattr__(self, "paper", PaperOptions.from_dict(self.paper))
         if self.rotation_reach_mm is not None and self.preset == "paper":
             raise InputError(
                 'Option "rotation_reach_mm" does not go with the preset "paper", whose bones turn all tissue: leave it '
                 "out, or choose another preset."
+            )
+        if self.paper is not None and self.preset != "paper":
+            raise InputError(
+                f'Option "paper" does not go with the preset "{self.preset}": leave it out, or choose the preset '
+                '"paper".'
             )
 
     @classmethod
@@ -127,11 +139,12 @@ class Options:
 
     def to_dict(self) -> dict[str, Any]:
         """The options that differ from their defaults, ready for JSON."""
-        return {
+        found = {
             field.name: getattr(self, field.name)
             for field in dataclasses.fields(self)
             if getattr(self, field.name) != field.default
         }
+        return found if self.paper is None else found | {"paper": self.paper.to_dict()}
 
     def updated(self, **changes: Any) -> Options:
         """A copy in which every change that is not None replaces the value; raises InputError as

@@ -11,13 +11,15 @@ from __future__ import annotations
 import numpy as np
 import torch
 from torch import Tensor
-from torch.nn.functional import avg_pool2d, max_pool2d, pad
+from torch.nn.functional import avg_pool2d, pad
 
-from PolyPoseLib.similarity.ncc import PATCH_FLOOR
+from PolyPoseLib.similarity.ncc import PATCH_FLOOR, blurred, blurred_mask
 from PolyPoseLib.similarity.torch_threads import one_torch_thread
 
 
-def gmncc_curvature(image: np.ndarray, mask: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
+def gmncc_curvature(
+    image: np.ndarray, mask: np.ndarray, jacobian: np.ndarray, blur_px: float = 0.0
+) -> np.ndarray:
     """Curvature of 1 - gmNCC by P unknowns.
 
     Parameters
@@ -28,6 +30,8 @@ def gmncc_curvature(image: np.ndarray, mask: np.ndarray, jacobian: np.ndarray) -
         True = use.
     jacobian : (P, H, W) array
         Its derivative by the unknowns.
+    blur_px : float
+        As :func:`PolyPoseLib.similarity.ncc.gmncc` takes it.
 
     Returns
     -------
@@ -38,14 +42,15 @@ def gmncc_curvature(image: np.ndarray, mask: np.ndarray, jacobian: np.ndarray) -
     with one_torch_thread():
         use = torch.as_tensor(mask)
         picture, slopes = torch.as_tensor(image).double(), torch.as_tensor(jacobian).double()
-        return (0.25 * _curvature(picture, slopes, use)).numpy()
+        return (0.25 * _curvature(picture, slopes, use, blur_px)).numpy()
 
 
-def _curvature(picture: Tensor, slopes: Tensor, use: Tensor) -> Tensor:
+def _curvature(picture: Tensor, slopes: Tensor, use: Tensor, blur_px: float) -> Tensor:
     """Sum of the four correlations' curvatures."""
     picture, slopes = _standardised(picture, slopes, use)
-    inside = max_pool2d((~use).double()[None, None], 3, stride=1)[0, 0] == 0
+    inside = blurred_mask(use[None], blur_px)[0]
     total = _whole(picture, slopes, use) + _patches(picture, slopes, use, 9)
+    picture, slopes = blurred(picture[None], blur_px)[0], blurred(slopes, blur_px)
     for derivative in (_across, _down):
         part, change = _standardised(derivative(picture), derivative(slopes), inside)
         total = total + _patches(part, change, inside, 11)

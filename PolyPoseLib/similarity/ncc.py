@@ -12,10 +12,13 @@ from __future__ import annotations
 
 import torch
 from torch import Tensor
-from torch.nn.functional import avg_pool2d, max_pool2d
+from torch.nn.functional import avg_pool2d, conv2d, max_pool2d
 
 PATCH_FLOOR = 1e-5
 """Local variance, as a share of the image's variance, below which a patch counts as flat and its score fades."""
+
+BLUR_SIZE = 5
+"""Side in pixels of the Gaussian by which images may be blurred before their gradients are compared."""
 
 _FLAT = 1e-20  # variance over squared mean that rounding alone can leave
 
@@ -77,10 +80,12 @@ def patch_ncc(a: Tensor, b: Tensor, size: int = 9, mask: Tensor | None = None) -
     return _patch_ncc(a, b, size, mask).to(a.dtype)
 
 
-def gradient_ncc(a: Tensor, b: Tensor, size: int = 11, mask: Tensor | None = None) -> Tensor:
+def gradient_ncc(
+    a: Tensor, b: Tensor, size: int = 11, mask: Tensor | None = None, blur_px: float = 0.0
+) -> Tensor:
     """Patch correlation of Sobel derivatives, the mean of both directions.
 
-    Derivatives exist where the whole 3 x 3 neighbourhood lies inside the image and the mask.
+    Derivatives exist where the whole 3 x 3 neighbourhood (7 x 7 after a blur) lies inside the image and the mask.
 
     Parameters
     ----------
@@ -90,6 +95,8 @@ def gradient_ncc(a: Tensor, b: Tensor, size: int = 11, mask: Tensor | None = Non
         Side of the patches in pixels, on the image of derivatives (H - 2, W - 2).
     mask : (B, H, W) or (H, W) Tensor of bool, optional
         True = use; all pixels by default.
+    blur_px : float
+        See :func:`blurred`.
 
     Returns
     -------
@@ -103,11 +110,11 @@ def gradient_ncc(a: Tensor, b: Tensor, size: int = 11, mask: Tensor | None = Non
 
     """
     a, b, mask = _checked(a, b, mask)
-    _require_room(a, size + 2, size)
-    return _gradient_ncc(a, b, size, mask).to(a.dtype)
+    _require_room(a, size + 2 + (BLUR_SIZE - 1 if blur_px else 0), size)
+    return _gradient_ncc(a, b, size, mask, blur_px).to(a.dtype)
 
 
-def gmncc(a: Tensor, b: Tensor, mask: Tensor | None = None) -> Tensor:
+def gmncc(a: Tensor, b: Tensor, mask: Tensor | None = None, blur_px: float = 0.0) -> Tensor:
     """Gradient and multiscale normalised cross-correlation: 0.5 (0.5 NCC + 0.5 NCC_9) + 0.5 gNCC_11.
 
     NCC is `ncc`, NCC_9 `patch_ncc` of 9 x 9 and gNCC_11 `gradient_ncc` of 11 x 11 pixels.
@@ -115,9 +122,11 @@ def gmncc(a: Tensor, b: Tensor, mask: Tensor | None = None) -> Tensor:
     Parameters
     ----------
     a, b : (B, H, W) Tensor
-        Images to compare, any unit, 13 pixels or more a side.
+        Images to compare, any unit, 13 pixels or more a side, 17 with a blur.
     mask : (B, H, W) or (H, W) Tensor of bool, optional
         True = use; all pixels by default.
+    blur_px : float
+        Of the gradient term, see :func:`blurred`.
 
     Returns
     -------
@@ -131,7 +140,38 @@ def gmncc(a: Tensor, b: Tensor, mask: Tensor | None = None) -> Tensor:
 
     """
     multiscale = 0.5 * (ncc(a, b, mask) + patch_ncc(a, b, 9, mask))
-    return 0.5 * multiscale + 0.5 * gradient_ncc(a, b, 11, mask)
+    return 0.5 * multiscale + 0.5 * gradient_ncc(a, b, 11, mask, blur_px)
+
+
+def blurred(images: Tensor, blur_px: float) -> Tensor:
+    """Images smoothed by a Gaussian that is cut to BLUR_SIZE x BLUR_SIZE pixels, where all of it lies in the image.
+
+    Parameters
+    ----------
+    images : (N, H, W) Tensor
+        Any unit.
+    blur_px : float
+        Standard deviation; 0 returns the images as they are. From about 5 on it is nearly a mean of all pixels.
+
+    Returns
+    -------
+    (N, H - 4, W - 4) Tensor
+        Or (N, H, W) without a blur.
+
+    """
+    if not blur_px:
+        return images
+    place = torch.arange(BLUR_SIZE, dtype=images.dtype, device=images.device) - (BLUR_SIZE - 1) / 2
+    weights = torch.exp(-0.5 * (place / blur_px) ** 2)
+    weights = weights / weights.sum()
+    images = conv2d(images[:, None], weights.reshape(1, 1, -1, 1))
+    return conv2d(images, weights.reshape(1, 1, 1, -1))[:, 0]
+
+
+def blurred_mask(mask: Tensor, blur_px: float) -> Tensor:
+    """Where images (N, H, W) that are blurred and filtered by 3 x 3 pixels know only pixels of the mask."""
+    size = 3 + (BLUR_SIZE - 1 if blur_px else 0)
+    return max_pool2d((~mask).double()[:, None], size, stride=1)[:, 0] == 0
 
 
 def _patch_ncc(a: Tensor, b: Tensor, size: int, mask: Tensor) -> Tensor:
@@ -147,17 +187,17 @@ def _patch_ncc(a: Tensor, b: Tensor, size: int, mask: Tensor) -> Tensor:
     return (share * score).sum((1, 2)) / share.sum((1, 2)).clamp(min=1e-3 / size**2)
 
 
-def _gradient_ncc(a: Tensor, b: Tensor, size: int, mask: Tensor) -> Tensor:
+def _gradient_ncc(a: Tensor, b: Tensor, size: int, mask: Tensor, blur_px: float) -> Tensor:
     """gradient_ncc in float64 without checks."""
-    inside = max_pool2d((~mask).double()[:, None], 3, stride=1)[:, 0] == 0
-    pairs = zip(_sobel(a, mask), _sobel(b, mask), strict=True)
+    inside = blurred_mask(mask, blur_px)
+    pairs = zip(_sobel(a, mask, blur_px), _sobel(b, mask, blur_px), strict=True)
     across, down = (_patch_ncc(x, y, size, inside) for x, y in pairs)
     return 0.5 * (across + down)
 
 
-def _sobel(image: Tensor, mask: Tensor) -> tuple[Tensor, Tensor]:
-    """Sobel derivatives (B, H - 2, W - 2) along columns and rows, of the standardised image."""
-    image = _standardised(image, mask)
+def _sobel(image: Tensor, mask: Tensor, blur_px: float) -> tuple[Tensor, Tensor]:
+    """Sobel derivatives (B, H - 2, W - 2) along columns and rows, of the standardised image, which may be blurred."""
+    image = blurred(_standardised(image, mask), blur_px)
     smooth_down = image[:, :-2] + 2 * image[:, 1:-1] + image[:, 2:]
     smooth_across = image[:, :, :-2] + 2 * image[:, :, 1:-1] + image[:, :, 2:]
     return smooth_down[:, :, 2:] - smooth_down[:, :, :-2], smooth_across[:, 2:] - smooth_across[:, :-2]

@@ -10,6 +10,7 @@ import pytest
 from pages import DOCS, PAGES, ROOT, code_blocks, name_of, table_names
 
 from PolyPoseLib.data.options import Options
+from PolyPoseLib.data.paper_options import PaperOptions
 from PolyPoseLib.data.tracking.track_options import TrackOptions
 from PolyPoseLib.io import study_schema
 from PolyPoseLib.io.cohort.bids_layout import SOURCE_IGNORED
@@ -50,6 +51,21 @@ def test_the_fields_of_an_xray() -> None:
 def test_the_options() -> None:
     known = [field.name for field in dataclasses.fields(Options)]
     assert sorted(table_names(STUDY, "Options")) == sorted(known)
+
+
+def test_the_options_of_the_preset_paper() -> None:
+    defaults = {field.name: field.default for field in dataclasses.fields(PaperOptions)}
+    section = STUDY.read_text(encoding="utf-8").split("### Options of the preset `paper`\n", 1)[1]
+    rows = re.search(r"(?:^\|.*\n)+", section, re.M)[0].splitlines()[2:]
+    told = dict(re.match(r"\| `(\w+)` \| (\S+) \|", row).groups() for row in rows)
+    assert told == {
+        name: f"`{value}`"
+        if isinstance(value, str)
+        else str(value).lower()
+        if isinstance(value, bool)
+        else f"{value:g}"
+        for name, value in defaults.items()
+    }
 
 
 def names_in_first_column(heading: str, level: str = "###") -> list[str]:

@@ -2,14 +2,16 @@
 
 V. Gopalakrishnan et al., "PolyPose: deformable 2D/3D registration via polyrigid transformations", 2025. Each camera
 is found from the anchor alone, cut out of the CT; then all poses jointly, on voxels of 4 mm, 2 mm and the CT's own
-size, 51 iterations each. Poses turn about the structures' centroids, and Adam's moments and step sizes go on from level
-to level.
+size, 51 iterations each. Details are those of the published program unless :class:`PaperOptions` says otherwise. What
+differs for certain: poses turn about the structures' centroids (there, about the CT's centre), cameras are perturbed
+in se(3) (there, in Euler angles), air is 0 at -1000 HU (there, at -800), a coarse level averages attenuation (there,
+it resamples HU).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -22,6 +24,8 @@ from PolyPoseLib.baselines.published.objective import (
     gmncc_with_gradient,
     poses_of,
 )
+from PolyPoseLib.baselines.published.plateau import Plateaus
+from PolyPoseLib.data.paper_options import PUBLISHED, PaperOptions
 from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
 from PolyPoseLib.geometry import se3
 from PolyPoseLib.geometry.camera import Camera
@@ -71,9 +75,22 @@ CAMERA_LEVELS = (PaperLevel(4.0, pixels=50), PaperLevel(2.0, pixels=100), PaperL
 """Cameras start further off, so their images are coarse at first, as in the rigid registration that precedes the
 paper's (its scales 24, 12 and 6 leave 52, 103 and 206 pixels)."""
 
+PLATEAU_ITERATIONS = 500
+"""At most, of a camera level that goes on until its similarity stays level."""
+
+BONE_HU = 350.0
+"""Above this the published program multiplies HU."""
+
+SMALLEST_PIXELS = 17
+"""A side of an image in which a patch of the blurred gradients fits."""
+
 
 def find_camera_by_anchor(
-    run: Run, ct: Volume, observation: Observation, levels: Sequence[PaperLevel] = CAMERA_LEVELS
+    run: Run,
+    ct: Volume,
+    observation: Observation,
+    levels: Sequence[PaperLevel] = CAMERA_LEVELS,
+    options: PaperOptions = PUBLISHED,
 ) -> Camera:
     """Refine one X-ray's camera: Adam on a perturbation of se(3) about the anchor's centroid.
 
@@ -89,6 +106,9 @@ def find_camera_by_anchor(
         The X-ray with its initial camera.
     levels : sequence of PaperLevel
         Coarse to fine.
+    options : PaperOptions
+        With ``camera_plateaus`` every level has an Adam of its own and at most PLATEAU_ITERATIONS iterations, whatever
+        its own number; step sizes start at 1, 1/2, 1/8, ... of the usual ones.
 
     Returns
     -------
@@ -97,8 +117,13 @@ def find_camera_by_anchor(
 
     """
     adam, parameters = Adam(pose_rates()), np.zeros(6)
-    total, done = sum(level.iterations for level in levels), 0
-    for level in levels:
+    if options.camera_plateaus:
+        levels = [replace(level, iterations=PLATEAU_ITERATIONS) for level in levels]
+    total, done, divisor = sum(level.iterations for level in levels), 0, 1.0
+    for number, level in enumerate(levels):
+        plateaus, divisor = Plateaus(), divisor * 2**number
+        if options.camera_plateaus:
+            adam = Adam(pose_rates() / divisor)
         view = view_of(observation, level.pixels)
         score = gmncc_with_gradient(view.image, view.mask)
         body = anchor_body(ct, run.scene, level.voxel_mm)
@@ -114,6 +139,11 @@ def find_camera_by_anchor(
             assert part.jacobian is not None, "it was asked for"
             by_left = np.tensordot(part.jacobian, slope[part.slices], 2)
             parameters = adam.ascend(parameters, se3.left_jacobian(vector).numpy().T @ by_left)
+            if options.camera_plateaus:
+                plateaus.after(similarity)
+                adam.rates = pose_rates() / divisor * plateaus.factor
+                if plateaus.over:
+                    break
         done += level.iterations
     correction = about(se3.exp(torch.as_tensor(parameters)).numpy(), run.scene.anchor_centre)
     return corrected(observation.camera, correction)
@@ -125,8 +155,9 @@ def fit_structures_by_gmncc(
     observations: Sequence[Observation],
     optimizer: str = "adam",
     levels: Sequence[PaperLevel] = PAPER_LEVELS,
+    options: PaperOptions = PUBLISHED,
 ) -> JointResult:
-    """Fit all structures but the anchor, from rest, with the cameras held.
+    """Fit all structures, or all but the anchor, from rest, with the cameras held.
 
     Parameters
     ----------
@@ -140,6 +171,8 @@ def fit_structures_by_gmncc(
         "adam", or "lm" for Levenberg-Marquardt on the same objective.
     levels : sequence of PaperLevel
         Coarse to fine, at least one.
+    options : PaperOptions
+        The anchor, restarts of Adam, attenuation of bone, blur of gradients.
 
     Returns
     -------
@@ -162,8 +195,9 @@ def fit_structures_by_gmncc(
 
     for level in levels:
         views = [view_of(each, level.pixels) for each in observations]
-        grid, step = attenuation_grid(ct, level.voxel_mm), sample_distance(ct, level)
-        objective = PolyrigidObjective(run, grid, warp, views, step)
+        grid = attenuation_grid(ct, level.voxel_mm, options.bone_multiplier)
+        objective = PolyrigidObjective(run, grid, warp, views, sample_distance(ct, level), options)
+        adam = Adam(pose_rates()) if options.restart_adam else adam
         said = partial(report, run.at_level(voxel_size(ct, level)), done)
         if optimizer == "lm":
             parameters = _minimised(objective, parameters, level.iterations, said)
@@ -171,7 +205,8 @@ def fit_structures_by_gmncc(
             for iteration in range(level.iterations):
                 similarity, gradient = objective(parameters)
                 said(iteration, parameters, similarity)
-                gradient[scene.anchor] = 0
+                if options.anchor == "held":
+                    gradient[scene.anchor] = 0
                 parameters = adam.ascend(parameters, gradient)
         done += level.iterations
     state = State.of_poses(poses_of(parameters, scene.centres), len(observations))
@@ -196,7 +231,7 @@ def _minimised(
 def view_of(observation: Observation, pixels: int) -> View:
     """The X-ray at about ``pixels`` a side, with its camera."""
     height, width = observation.image.shape
-    factor = max(1, min(round(max(height, width) / pixels), min(height, width) // 16))
+    factor = max(1, min(round(max(height, width) / pixels), min(height, width) // SMALLEST_PIXELS))
     image, mask = binned(observation.image, observation.mask, factor)
     return View(image, mask, observation.camera.binned(factor))
 
@@ -211,17 +246,27 @@ def sample_distance(ct: Volume, level: PaperLevel) -> float:
     return level.voxel_mm or min(2.0, float(np.min(ct.spacing)))
 
 
-def attenuation_grid(ct: Volume, voxel_mm: float | None) -> Grid:
-    """The CT in 1/mm at voxels of about ``voxel_mm``, or its own, with a border of zeros."""
+def attenuation_grid(ct: Volume, voxel_mm: float | None, bone_multiplier: float = 1.0) -> Grid:
+    """The CT in 1/mm at voxels of about ``voxel_mm``, or its own, with a border of zeros.
+
+    bone_multiplier: of HU above BONE_HU.
+    """
     if voxel_mm is not None:
-        mu = hounsfield_to_attenuation(ct.voxels).astype(np.float32, copy=False)
+        mu = attenuation(ct.voxels, bone_multiplier).astype(np.float32, copy=False)
         return Grid(mu, ct.affine).coarsened(voxel_mm).padded()
     voxels = np.zeros(np.array(ct.voxels.shape) + 2, np.float32)
     for k, slab in enumerate(ct.voxels, start=1):  # no second copy of a large CT
-        voxels[k, 1:-1, 1:-1] = hounsfield_to_attenuation(slab)
+        voxels[k, 1:-1, 1:-1] = attenuation(slab, bone_multiplier)
     affine = ct.affine.copy()
     affine[:3, 3] -= affine[:3, :3] @ np.ones(3)
     return Grid(voxels, affine)
+
+
+def attenuation(hu: np.ndarray, bone_multiplier: float) -> np.ndarray:
+    """Attenuation in 1/mm of HU, those above BONE_HU multiplied first; an array of the same shape."""
+    if bone_multiplier != 1:
+        hu = np.where(hu > BONE_HU, np.float32(bone_multiplier) * hu, hu)
+    return hounsfield_to_attenuation(hu)
 
 
 def anchor_body(ct: Volume, scene: Scene, voxel_mm: float | None) -> Body:

@@ -10,6 +10,7 @@ import torch
 
 from PolyPoseLib.baselines.published.projector import ImageScore, Sampling
 from PolyPoseLib.baselines.published.projectors import polyrigid_projector
+from PolyPoseLib.data.paper_options import PUBLISHED, PaperOptions
 from PolyPoseLib.geometry import se3
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.grid import Grid
@@ -49,7 +50,7 @@ class PolyrigidObjective:
     """Similarity as a function of the poses' parameters (K, 6), fixed to moving; also a least-squares problem.
 
     A row [rotation (rad), translation part (mm)] is the logarithm of a pose about its structure's centroid. As a
-    :class:`Problem` the cost is twice one minus the similarity (0 = identical), and all structures but the anchor move.
+    :class:`Problem` the cost is twice one minus the similarity (0 = identical), of the structures that move.
 
     Parameters
     ----------
@@ -63,20 +64,30 @@ class PolyrigidObjective:
         The X-rays at one resolution.
     step_mm : float
         Distance of ray samples.
+    options : PaperOptions
+        Whether the anchor moves, and the blur of the gradient term.
 
     """
 
     def __init__(
-        self, run: Run, volume: Grid, warp: PolyrigidWarp, views: Sequence[View], step_mm: float
+        self,
+        run: Run,
+        volume: Grid,
+        warp: PolyrigidWarp,
+        views: Sequence[View],
+        step_mm: float,
+        options: PaperOptions = PUBLISHED,
     ) -> None:
         sampling = Sampling(step_mm, weights_bytes=WEIGHTS_BYTES // len(views))
         self.views = list(views)
         self.projectors = [
             polyrigid_projector(volume, warp, view.camera, sampling, run.backend) for view in views
         ]
-        self.scores = [gmncc_with_gradient(view.image, view.mask) for view in views]
+        self.blur_px = options.gradient_blur_px
+        self.scores = [gmncc_with_gradient(view.image, view.mask, self.blur_px) for view in views]
         self.centres = run.scene.centres
-        self.moving = run.scene.moving
+        free = options.anchor == "free"
+        self.moving = list(range(len(run.scene.names))) if free else run.scene.moving
         self.levers = self.centres - warp.center.cpu().numpy()
 
     def __call__(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
@@ -118,7 +129,7 @@ class PolyrigidObjective:
             columns = np.moveaxis(by_pixel, (-2, -1), (0, 1))[self.moving].reshape(self.size, *image.shape)
             values.append(value)
             gradient += np.tensordot(columns, slope, 2)
-            curvature += gmncc_curvature(image, view.mask, columns)
+            curvature += gmncc_curvature(image, view.mask, columns, self.blur_px)
         count = len(self.views)
         return Normal(2 * (1 - float(np.mean(values))), curvature / count, -gradient / count)
 
@@ -140,7 +151,7 @@ def poses_of(parameters: np.ndarray, centres: np.ndarray) -> np.ndarray:
     return np.stack([about(motion, centre) for motion, centre in zip(motions, centres, strict=True)])
 
 
-def gmncc_with_gradient(target: np.ndarray, mask: np.ndarray) -> ImageScore:
+def gmncc_with_gradient(target: np.ndarray, mask: np.ndarray, blur_px: float = 0.0) -> ImageScore:
     """The gmNCC of images with a target, and its derivative.
 
     Parameters
@@ -149,6 +160,8 @@ def gmncc_with_gradient(target: np.ndarray, mask: np.ndarray) -> ImageScore:
         float32 line integrals.
     mask : (H, W) ndarray
         bool, True where a pixel counts.
+    blur_px : float
+        Of the gradient term, see :func:`PolyPoseLib.similarity.ncc.blurred`.
 
     Returns
     -------
@@ -161,7 +174,7 @@ def gmncc_with_gradient(target: np.ndarray, mask: np.ndarray) -> ImageScore:
     def score(image: np.ndarray) -> tuple[float, np.ndarray]:
         picture = torch.as_tensor(image)[None].requires_grad_()
         with one_torch_thread():
-            value = gmncc(picture, other, use)[0]
+            value = gmncc(picture, other, use, blur_px)[0]
             (slope,) = torch.autograd.grad(value, picture)
         return float(value.detach()), slope[0].numpy()
 

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from PolyPoseLib.data.options import CHOICES, Options
+from PolyPoseLib.data.paper_options import PaperOptions
 from PolyPoseLib.data.progress import Progress
 from PolyPoseLib.errors import InputError, nearest, unknown_name
 
@@ -18,6 +19,16 @@ def test_defaults_and_round_trip():
     for name, values in CHOICES.items():
         for value in values:
             assert getattr(Options.from_dict({name: value}), name) == value
+
+
+def test_the_options_of_the_preset_paper_are_an_object_of_their_own():
+    options = Options.from_dict({"preset": "paper", "paper": {"anchor": "held", "bone_multiplier": 1}})
+    assert options.paper == PaperOptions(anchor="held", bone_multiplier=1)
+    assert options.to_dict() == {"preset": "paper", "paper": {"anchor": "held", "bone_multiplier": 1}}
+    assert Options.from_dict(json.loads(json.dumps(options.to_dict()))) == options
+    assert options.updated(seed=4).paper == options.paper
+    with pytest.raises(InputError, match='preset "fast"'):
+        options.updated(preset="fast")
 
 
 def test_changes_replace_only_what_is_given():
@@ -57,6 +68,18 @@ def test_changes_replace_only_what_is_given():
         ({"preview": ""}, "not empty"),
         ({"transform_spacing_mm": 5}, "from 0.1 to 4"),
         ([1], "must be an object"),
+        ({"paper": {}}, 'does not go with the preset "default"'),
+        ({"preset": "fast", "paper": {"anchor": "held"}}, 'the preset "paper"'),
+        ({"preset": "paper", "paper": ["held"]}, "must be an object"),
+        ({"preset": "paper", "paper": {"ancor": "held"}}, '"paper".*did you mean "anchor"'),
+        ({"preset": "paper", "paper": {"anchor": "fixed"}}, 'paper.anchor.*"free", "held"'),
+        ({"preset": "paper", "paper": {"anchor": [1]}}, "paper.anchor"),
+        ({"preset": "paper", "paper": {"restart_adam": 1}}, "paper.restart_adam.*true or false"),
+        ({"preset": "paper", "paper": {"camera_plateaus": None}}, "paper.camera_plateaus"),
+        ({"preset": "paper", "paper": {"bone_multiplier": 0.5}}, "paper.bone_multiplier.*from 1 to 10"),
+        ({"preset": "paper", "paper": {"bone_multiplier": True}}, "paper.bone_multiplier"),
+        ({"preset": "paper", "paper": {"gradient_blur_px": float("nan")}}, "gradient_blur_px.*from 0 to 50"),
+        ({"preset": "paper", "paper": {"gradient_blur_px": 10**400}}, "gradient_blur_px"),
     ],
 )
 def test_wrong_options_are_refused(options, words):

@@ -17,17 +17,17 @@ def pictures(seed, unknowns=5, shape=(40, 44)):
     return images[0], images[1:], mask
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_the_curvature_is_the_second_derivative_where_both_images_agree(seed):
+@pytest.mark.parametrize(("seed", "blur_px"), [(0, 0.0), (1, 0.0), (2, 0.0), (3, 10.0), (4, 1.2)])
+def test_the_curvature_is_the_second_derivative_where_both_images_agree(seed, blur_px):
     image, slopes, mask = pictures(seed)
     target, use, directions = (torch.as_tensor(x) for x in (image[None], mask, slopes))
 
     def fall(x):
         moved = target + torch.tensordot(x, directions, 1)[None]
-        return 1 - gmncc(moved, target, use)[0]
+        return 1 - gmncc(moved, target, use, blur_px)[0]
 
     expected = torch.autograd.functional.hessian(fall, torch.zeros(5, dtype=torch.float64)).numpy()
-    found = gmncc_curvature(image, mask, slopes)
+    found = gmncc_curvature(image, mask, slopes, blur_px)
     assert np.abs(found - expected).max() < 0.01 * np.abs(expected).max()
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import torch
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import convolve, gaussian_filter, minimum_filter
 
 from PolyPoseLib.similarity import ncc as similarity
 from PolyPoseLib.similarity.ncc import gmncc, gradient_ncc, ncc, patch_ncc
@@ -218,9 +218,52 @@ def test_the_same_input_gives_the_same_bits(measure):
     assert torch.equal(measure(a, b), measure(a, b))
 
 
+@pytest.mark.parametrize("blur_px", [0.7, 10.0])
+@pytest.mark.parametrize("masked", [False, True])
+def test_blurred_gradients_agree_with_the_definition(blur_px, masked):
+    a, b = images(seed=5, height=30, width=33)
+    used = np.ones(a.shape, bool)
+    if masked:
+        used[0, :5] = used[:, 12:14, 20] = used[1, :, -4:] = False
+    place = np.arange(-2, 3)
+    kernel = np.exp(-(place[:, None] ** 2 + place**2) / (2 * blur_px**2))
+    kernel /= kernel.sum()
+
+    def standardised(image, use):
+        return np.where(use, (image - image[use].mean()) / image[use].std(), 0)
+
+    expected = []
+    for x, y, use in zip(a.numpy(), b.numpy(), used, strict=True):
+        x, y = (convolve(standardised(image, use), kernel, mode="constant")[2:-2, 2:-2] for image in (x, y))
+        whole = minimum_filter(use, 5)[2:-2, 2:-2]
+        expected.append(slow_gradient_ncc(x, y, whole, 11))
+    mask = torch.as_tensor(used)
+    np.testing.assert_allclose(gradient_ncc(a, b, 11, mask, blur_px).numpy(), expected, rtol=1e-3)
+    multiscale = 0.5 * (ncc(a, b, mask) + patch_ncc(a, b, 9, mask))
+    gradients = gradient_ncc(a, b, 11, mask, blur_px)
+    np.testing.assert_allclose(gmncc(a, b, mask, blur_px), 0.5 * multiscale + 0.5 * gradients)
+
+
+def test_masked_pixels_have_no_influence_on_blurred_gradients():
+    a, b = images()
+    mask = random_mask()
+    expected = gmncc(a, b, mask, 10.0)
+    spoilt = torch.where(mask, a, 1e6)
+    torch.testing.assert_close(gmncc(spoilt, b, mask, 10.0), expected)
+
+
+def test_a_wide_blur_is_a_mean_and_a_narrow_one_is_none():
+    image = torch.tensor(np.random.default_rng(0).normal(size=(1, 12, 9)))
+    wide, narrow = (similarity.blurred(image, width)[0] for width in (1e3, 0.05))
+    assert torch.equal(similarity.blurred(image, 0.0), image)
+    torch.testing.assert_close(narrow, image[0, 2:-2, 2:-2])
+    assert wide[0, 0] == pytest.approx(float(image[0, :5, :5].mean()), rel=1e-5)
+
+
 @pytest.mark.parametrize(
     ("call", "word"),
     [
+        (lambda a, b: gradient_ncc(a, b, 15, None, 10.0), "21 or more"),
         (lambda a, b: ncc(a, b[:1]), "shapes"),
         (lambda a, b: ncc(a[0], b[0]), "shapes"),
         (lambda a, b: ncc(a.long(), b.long()), "dtypes"),

@@ -18,6 +18,7 @@ from PolyPoseLib.baselines.published.method import (
     view_of,
 )
 from PolyPoseLib.baselines.published.objective import PolyrigidObjective, poses_of
+from PolyPoseLib.data.paper_options import PaperOptions
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.errors import CancelledError
 from PolyPoseLib.pipeline import register
@@ -28,27 +29,32 @@ from PolyPoseLib.warp.weights import distance_maps
 
 FEW = (PaperLevel(10.0, 25), PaperLevel(None, 25))
 
+PLAIN = PaperOptions(
+    anchor="held", restart_adam=False, bone_multiplier=1.0, gradient_blur_px=0.0, camera_plateaus=False
+)
+"""The phantom's X-rays are plain renderings, its anchor stands still."""
+
 
 @pytest.fixture(scope="module")
 def case():
     return phantom()
 
 
-def fit(case, levels=FEW, optimizer="adam", frame="fixed", form="mass", **changes):
+def fit(case, levels=FEW, optimizer="adam", frame="fixed", form="mass", options=PLAIN, **changes):
     """changes: of the run."""
     run = quiet_run(case.scene(), frame=frame, form=form, epsilon=0.02)
     return fit_structures_by_gmncc(
-        dataclasses.replace(run, **changes), case.study.ct, case.observations(), optimizer, levels
+        dataclasses.replace(run, **changes), case.study.ct, case.observations(), optimizer, levels, options
     )
 
 
-def objective(case, frame="fixed", form="mass"):
+def objective(case, frame="fixed", form="mass", options=PLAIN):
     scene = case.scene()
     maps = distance_maps(scene.structures, scene.ct_affine)
     warp = SoftTissue(scene, frame, form, 0.02).warp(maps, case.poses)
     grid = attenuation_grid(case.study.ct, None)
     views = [view_of(m, 180) for m in case.observations()]
-    return PolyrigidObjective(quiet_run(scene), grid, warp, views, 2.0)
+    return PolyrigidObjective(quiet_run(scene), grid, warp, views, 2.0, options)
 
 
 def test_the_papers_schedule():
@@ -168,7 +174,7 @@ def test_a_camera_is_found_by_the_anchor():
     initial = case.cameras[0].with_extrinsic(case.study.xrays[0].extrinsic)
     (observation, _) = case.observations([initial, case.cameras[1]])
     steps = []
-    found = find_camera_by_anchor(quiet_run(scene, steps.append), case.study.ct, observation, levels)
+    found = find_camera_by_anchor(quiet_run(scene, steps.append), case.study.ct, observation, levels, PLAIN)
     body = anchor_body(case.study.ct, scene, None)
     corners = body.corners
     before, after = (projection_error_px(c, case.cameras[0], corners) for c in (initial, found))
@@ -187,9 +193,9 @@ def test_the_anchor_is_cut_out_of_the_ct(case):
 
 
 def test_preset_paper_registers_a_study(case, monkeypatch):
-    monkeypatch.setattr(paper.find_camera_by_anchor, "__defaults__", ((PaperLevel(10.0, 8),),))
-    monkeypatch.setattr(paper.fit_structures_by_gmncc, "__defaults__", ("adam", FEW))
-    study = dataclasses.replace(case.study, options={"preset": "paper"})
+    monkeypatch.setattr(paper.find_camera_by_anchor, "__defaults__", ((PaperLevel(10.0, 8),), PLAIN))
+    monkeypatch.setattr(paper.fit_structures_by_gmncc, "__defaults__", ("adam", FEW, PLAIN))
+    study = dataclasses.replace(case.study, options={"preset": "paper", "paper": PLAIN.to_dict()})
     stages = []
     result = register(study, progress=lambda p: stages.append(p.stage))
     assert list(result.structures) == [ANCHOR, "femur_left", "femur_right"]
