@@ -170,3 +170,21 @@ def test_without_pixels_nothing_moves(scene, patient, cameras):
     nowhere = [replace(each, mask=np.zeros_like(each.mask)) for each in observed(patient, cameras, 8.0)]
     _, field = fitted(scene, nowhere, steps=1)
     assert not field.vectors.any()
+
+
+def test_the_fitted_motion_becomes_that_of_the_size_found(scene, patient, cameras):
+    """Less moves than under the wide prior where nothing descended; what did descend is better than at rest."""
+    ct, _ = patient
+    body = np.argwhere(ct.voxels > -500)[::50, ::-1] @ ct.affine[:3, :3].T + ct.affine[:3, 3]
+
+    def error(soft, descent):
+        found = soft.coarse_field(scene.rest_poses).sample(body)
+        return np.linalg.norm(found - true_shift(body, descent), axis=1).mean()
+
+    still, _ = fitted(scene, observed(patient, cameras, 0.0))
+    assert error(still.of_likeliest_size(), 0.0) < error(still, 0.0)
+    moved, _ = fitted(scene, observed(patient, cameras, 15.0))
+    at_rest = np.linalg.norm(true_shift(body, 15.0), axis=1).mean()
+    assert error(moved.of_likeliest_size(), 15.0) < at_rest
+    untouched = quiet_run(scene, rotation_reach_mm=40.0).soft_tissue
+    assert untouched.of_likeliest_size() is untouched
