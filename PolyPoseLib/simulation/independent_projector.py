@@ -14,6 +14,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.rtk_projection import rtk_projection
 
 if TYPE_CHECKING:
     from PolyPoseLib.data.volume import Volume
@@ -92,24 +93,19 @@ def _rtk(attenuation: Volume, camera: Camera) -> np.ndarray:
     image.SetOrigin([0.0, 0.0, 0.0])
 
     depth = float(camera.depth(attenuation.corners()).max()) + _BEHIND_MM
-    fx, fy, cx, cy = (camera.intrinsics[index] for index in ((0, 0), (1, 1), (0, 2), (1, 2)))
-    pitch = np.array([depth / fx, depth / fy])
-    rotation = camera.extrinsic[:3, :3]
-    first_row_last = camera.height - 1
-    corner = camera.source + rotation.T @ [-cx * pitch[0], (first_row_last - cy) * pitch[1], depth]
-
+    view = rtk_projection(camera, depth)
     geometry = rtk.ThreeDCircularProjectionGeometry.New()
     added = geometry.AddProjection(
-        itk.Point[itk.D, 3]((directions.T @ (camera.source - origin)).tolist()),
-        itk.Point[itk.D, 3]((directions.T @ (corner - origin)).tolist()),
-        itk.Vector[itk.D, 3]((directions.T @ rotation[0]).tolist()),
-        itk.Vector[itk.D, 3]((directions.T @ -rotation[1]).tolist()),
+        itk.Point[itk.D, 3]((directions.T @ (view.source - origin)).tolist()),
+        itk.Point[itk.D, 3]((directions.T @ (view.corner - origin)).tolist()),
+        itk.Vector[itk.D, 3]((directions.T @ view.along_row).tolist()),
+        itk.Vector[itk.D, 3]((directions.T @ view.along_column).tolist()),
     )
     if added is False:
         raise InputError("ITK-RTK refused the camera: its axes are not perpendicular.")
     kind = itk.Image[itk.F, 3]
     stack = itk.image_from_array(np.zeros((1, camera.height, camera.width), np.float32))
-    stack.SetSpacing([pitch[0], pitch[1], 1.0])
+    stack.SetSpacing([view.pitch[0], view.pitch[1], 1.0])
     joseph = rtk.JosephForwardProjectionImageFilter[kind, kind].New()
     joseph.SetGeometry(geometry)
     joseph.SetInput(0, stack)
