@@ -22,7 +22,7 @@ from PolyPoseLib.baselines.trained.trained_weights import TrainedWeights
 from PolyPoseLib.baselines.trained.training import TrainingPlan
 from PolyPoseLib.baselines.trained.training_pairs import PreparedPair
 from PolyPoseLib.baselines.trained.training_set import TrainingSet
-from PolyPoseLib.baselines.trained.warping import dissimilarity, gradient_penalty, warped
+from PolyPoseLib.baselines.trained.warping import dissimilarity, gradient_penalty, inner, warped
 from PolyPoseLib.data.benchmark.system import Motion, SystemSetting
 from PolyPoseLib.data.study import Study
 
@@ -102,7 +102,7 @@ class LiftReg:
     def loss(self, displacement: Tensor, pair: PreparedPair, plan: TrainingPlan) -> Tensor:
         """Dissimilarity of the warped CT and the CT in the posture of the X-rays, and the gradient's penalty."""
         moving, fixed = (each[None].to(displacement.device).float() for each in (pair.moving, pair.fixed))
-        unlike = dissimilarity(warped(moving, displacement), fixed, 3)
+        unlike = dissimilarity(inner(warped(moving, displacement)), inner(fixed), 3)
         return unlike + plan.gradient_weight * gradient_penalty(displacement)
 
     def fit(self, study: Study, setting: SystemSetting) -> Motion:

@@ -20,7 +20,7 @@ from PolyPoseLib.baselines.trained.trained_weights import TrainedWeights
 from PolyPoseLib.baselines.trained.training import TrainingPlan
 from PolyPoseLib.baselines.trained.training_pairs import PreparedPair
 from PolyPoseLib.baselines.trained.training_set import TrainingSet
-from PolyPoseLib.baselines.trained.warping import dissimilarity, gradient_penalty, inverse, warped
+from PolyPoseLib.baselines.trained.warping import dissimilarity, gradient_penalty, inner, inverse, warped
 from PolyPoseLib.data.benchmark.system import Motion, SystemSetting
 from PolyPoseLib.data.study import Study
 
@@ -107,7 +107,11 @@ class RegNet:
             parts = [dissimilarity(a, b, 2) for a, b in zip(rendered, wanted, strict=True)]
             unlike = unlike + torch.stack(parts).mean()
         penalty = gradient_penalty(displacement) + gradient_penalty(back)
-        return unlike + VOLUME_WEIGHT * dissimilarity(forth_ct, fixed, 3) + plan.gradient_weight * penalty
+        return (
+            unlike
+            + VOLUME_WEIGHT * dissimilarity(inner(forth_ct), inner(fixed), 3)
+            + plan.gradient_weight * penalty
+        )
 
     def fit(self, study: Study, setting: SystemSetting) -> Motion:
         """The motion that the trained network sees; see :func:`PolyPoseLib.baselines.trained.fitting.fit_trained`."""

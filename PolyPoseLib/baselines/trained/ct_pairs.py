@@ -16,10 +16,9 @@ from PolyPoseLib.baselines.trained.network_grid import NetworkGrid
 from PolyPoseLib.baselines.trained.network_inputs import PIXELS_PER_NODE, scaled_ct, view_of
 from PolyPoseLib.baselines.trained.training_pairs import TrainingPair
 from PolyPoseLib.data.displacement_field import DisplacementField
-from PolyPoseLib.data.volume import AIR_HU, Volume, hounsfield_to_attenuation
+from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera, review_camera
-from PolyPoseLib.geometry.grid import block_factors, block_mean, coarsened_affine
 from PolyPoseLib.simulation.independent_projector import project
 from PolyPoseLib.simulation.xray_physics import XrayPhysics, measure
 
@@ -66,7 +65,7 @@ def demons_field(moving: Volume, fixed: Volume, side: int) -> DisplacementField:
 
 
 def ct_pairs(
-    cts: Sequence[Volume], cameras: Sequence[Camera], side: int, seed: int
+    cts: Sequence[Volume], cameras: Sequence[Camera], side: int, seed: int, projector: str = "auto"
 ) -> Iterator[TrainingPair]:
     """Pairs of one patient, each once.
 
@@ -80,6 +79,8 @@ def ct_pairs(
         Nodes of the network's grid along every axis.
     seed : int
         Of the X-rays' noise.
+    projector : {"auto", "rtk", "sum"}
+        See :func:`PolyPoseLib.simulation.independent_projector.project`.
 
     Raises
     ------
@@ -92,15 +93,11 @@ def ct_pairs(
     rng = np.random.default_rng(seed)
     small = [review_camera(camera, PIXELS_PER_NODE * side)[0] for camera in cameras]
     for moving, fixed in permutations(cts, 2):
-        spacing = float(NetworkGrid.of(fixed, side).spacing.mean())
-        factors = block_factors(fixed.affine, spacing)
-        mu = Volume(
-            hounsfield_to_attenuation(block_mean(fixed.voxels, factors, AIR_HU)),
-            coarsened_affine(fixed.affine, factors),
-        )
+        coarse = NetworkGrid.of(fixed, side).coarsened(fixed)
+        mu = coarse.with_voxels(hounsfield_to_attenuation(coarse.voxels))
         views = []
         for camera in small:
-            image = measure(project(mu, camera), XrayPhysics(), rng)
+            image = measure(project(mu, camera, projector), XrayPhysics(), rng)
             views.append(view_of(image, np.ones(image.shape, bool), camera, side))
         field = demons_field(moving, fixed, side)
         points = _bone_nodes(fixed, NetworkGrid.of(moving, side), rng)

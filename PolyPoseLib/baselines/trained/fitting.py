@@ -59,7 +59,7 @@ def fit_trained(
         order = weights.require(grid.extent_mm, [view.camera for view in views])
     except InputError as error:
         raise InputError(
-            f"{path}: these weights do not fit this study: {error}. Train others with {command}."
+            f"{path}: these weights do not fit: {error}. Train others with {command}."
         ) from error
     try:
         network = network_of(weights)

@@ -91,9 +91,7 @@ class NetworkGrid:
 
     def resampled(self, volume: Volume, outside: float = AIR_HU) -> np.ndarray:
         """A volume on the nodes, (k, j, i) float32, averaged first over the voxels that fall between two nodes."""
-        factors = np.maximum(np.floor(self._along(volume) / volume.spacing + 1e-6).astype(int), 1)
-        factors = tuple(int(factor) for factor in np.minimum(factors, np.array(volume.shape[::-1])))
-        coarse = Volume(block_mean(volume.voxels, factors, outside), coarsened_affine(volume.affine, factors))
+        coarse = self.coarsened(volume, outside)
         out = np.empty(self.shape, np.float32)
         for k, plane in enumerate(self.points()):
             index = np.moveaxis(coarse.to_index(plane)[..., ::-1], -1, 0)
@@ -104,6 +102,17 @@ class NetworkGrid:
             values = map_coordinates(coarse.voxels, index, order=1, mode="nearest")
             out[k] = np.where(inside, values, outside)
         return out
+
+    def coarsened(self, volume: Volume, outside: float = AIR_HU) -> Volume:
+        """A volume averaged over blocks of as many whole voxels as there are between two nodes, float32."""
+        factors = self.factors(volume)
+        return Volume(block_mean(volume.voxels, factors, outside), coarsened_affine(volume.affine, factors))
+
+    def factors(self, volume: Volume) -> tuple[int, int, int]:
+        """Whole voxels of a volume along its (i, j, k) between two nodes, 1 at least."""
+        wanted = np.maximum(np.floor(self._along(volume) / volume.spacing + 1e-6).astype(int), 1)
+        i, j, k = (int(factor) for factor in np.minimum(wanted, np.array(volume.shape[::-1])))
+        return i, j, k
 
     def _along(self, volume: Volume) -> np.ndarray:
         """Distance of the nodes along each axis (i, j, k) of a volume, mm."""

@@ -1,4 +1,4 @@
-"""Training pairs that are simulated: one CT's bones moved at random, soft tissue and X-rays by the simulation's laws."""
+"""Simulated training pairs: a CT's bones moved at random, soft tissue and X-rays by the simulation's laws."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from PolyPoseLib.baselines.trained.network_inputs import PIXELS_PER_NODE, view_o
 from PolyPoseLib.baselines.trained.training_pairs import TrainingPair
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.structures import Structures
-from PolyPoseLib.data.volume import AIR_HU, Volume
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera, review_camera
-from PolyPoseLib.geometry.grid import block_centres, block_factors, block_mean, coarsened_affine
+from PolyPoseLib.geometry.grid import block_centres
 from PolyPoseLib.simulation.motion import apply
 from PolyPoseLib.simulation.simulate import SimulatedCase, SimulationOptions, simulate_case
 
 POINTS = 2000
 """Of a pair's moving bones at which held-out errors are measured, as many of each bone."""
 
-NODE_SHARE = 2.0
+NODE_SHARE = 1.5
 """Distance of the soft tissue's nodes in coarse voxels, 3 mm or more; in bones the field is exact all the same."""
 
 
@@ -59,16 +59,16 @@ class SimulatedPatient:
         cls, ct: Volume, structures: Structures, anchor: str, cameras: Sequence[Camera], side: int
     ) -> SimulatedPatient:
         """Of a CT, its structures and the cameras of its X-rays; raises InputError when no bone is left that moves."""
-        spacing = float(NetworkGrid.of(ct, side).spacing.mean())
-        factors = block_factors(ct.affine, spacing)
-        coarse = Volume(block_mean(ct.voxels, factors, AIR_HU), coarsened_affine(ct.affine, factors))
-        labels = block_centres(structures.labels, factors)
+        grid = NetworkGrid.of(ct, side)
+        # The blocks by which the CT itself is averaged: at rest, both postures are alike to the last bit.
+        coarse = grid.coarsened(ct)
+        labels = block_centres(structures.labels, grid.factors(ct))
         kept = [n for n in range(len(structures)) if np.any(labels == n + 1)]
         names = tuple(structures.names[n] for n in kept)
         if anchor not in names or len(names) < 2:
             raise InputError(
-                f"At the network's {spacing:.1f} mm no bone but the anchor, or not even that, is left of this CT: "
-                "train with a larger --side."
+                f"At the network's {grid.spacing.mean():.1f} mm no bone but the anchor is left of this CT, or not even "
+                "that: train with a larger --side."
             )
         numbers = np.zeros(len(structures) + 1, np.int16)
         numbers[np.array(kept) + 1] = np.arange(1, len(kept) + 1)
