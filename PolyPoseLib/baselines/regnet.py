@@ -61,7 +61,8 @@ class RegNetwork(nn.Module):
         )
         self.flow = nn.Conv3d(DECODER[-1], 3, 3, padding=1)
         nn.init.normal_(self.flow.weight, std=FLOW_DEVIATION)
-        nn.init.zeros_(self.flow.bias)
+        if self.flow.bias is not None:
+            nn.init.zeros_(self.flow.bias)
 
     def forward(self, moving: Tensor, xrays: Tensor) -> Tensor:
         """Displacement (B, 3, k, j, i) in normalised coordinates, of CTs (B, 1, ...) and lifted X-rays (B, V, ...)."""

@@ -47,7 +47,9 @@ def demons_field(moving: Volume, fixed: Volume, side: int) -> DisplacementField:
     found = None
     for factor in LEVELS:
         low = [
-            sitk.Shrink(sitk.SmoothingRecursiveGaussian(each, grid.spacing * factor / 2), [factor] * 3)
+            sitk.Shrink(
+                sitk.SmoothingRecursiveGaussian(each, (grid.spacing * factor / 2).tolist()), [factor] * 3
+            )
             if factor > 1
             else each
             for each in images

@@ -8,7 +8,7 @@ import SimpleITK as sitk
 import trained_case
 
 from PolyPoseLib.__main__ import main
-from PolyPoseLib.baselines.regnet import RegNet
+from PolyPoseLib.baselines.liftreg import LiftReg
 from PolyPoseLib.baselines.trained import training
 from PolyPoseLib.baselines.trained.trained_weights import read_weights
 from PolyPoseLib.cli import _train_systems
@@ -23,7 +23,7 @@ from PolyPoseLib.simulation import independent_projector
 def small(monkeypatch):
     """Two pairs held out, three steps, and the projector that needs no import of seconds."""
     plan = training.TrainingPlan
-    monkeypatch.setattr(training, "TrainingPlan", lambda **given: plan(**{**given, "steps": 3, "batch": 1}))
+    monkeypatch.setattr(training, "TrainingPlan", lambda **given: plan(**{**given, "steps": 2, "batch": 1}))
     monkeypatch.setattr(_train_systems, "HELD_OUT", 2)
     monkeypatch.setattr(independent_projector, "rtk_available", lambda: False)
 
@@ -61,20 +61,20 @@ def run(*arguments):
     return main(["train", *map(str, arguments), "--device", "cpu", "--threads", "1", "--progress", "none"])
 
 
-def train(study, output, *more, system="2d3d-regnet"):
+def train(study, output, *more, system="liftreg"):
     return run(study, "--system", system, "--output", output, "--side", 16, "--pairs", 2, *more)
 
 
 def test_the_weights_fit_the_study(study, tmp_path, capsys):
     path = tmp_path / "weights.pt"
     status = train(study, path)
-    weights = read_weights(path, "2d3d-regnet", "train")
+    weights = read_weights(path, "liftreg", "train")
     better = weights.report["held_out_mm"] < weights.report["rest_mm"]
     assert status == (0 if better else 3)
     assert path.with_name("weights.pt.checkpoint").exists() == (not better)
     said = capsys.readouterr()
-    assert ("no better than doing nothing" in said.err) == (not better) and "after 3 steps" in said.out
-    motion = RegNet().fit(Study.load(study), SystemSetting(weights={"2d3d-regnet": path}))
+    assert ("no better than doing nothing" in said.err) == (not better) and "after 2 steps" in said.out
+    motion = LiftReg().fit(Study.load(study), SystemSetting(weights={"liftreg": path}))
     assert motion.field.spacing.max() <= 4
 
 
@@ -90,7 +90,7 @@ def test_pairs_of_cts_and_several_studies(study, tmp_path):
         study, other, "--system", "2d3d-regnet", "--output", path, "--side", 16, "--other-cts", "later*"
     )
     assert status in (0, 3)
-    report = read_weights(path, "2d3d-regnet", "train").report
+    report = read_weights(path, "liftreg", "train").report
     assert (report["pairs"], report["held_out_pairs"]) == (3, 1)
 
 
@@ -140,8 +140,8 @@ def test_a_training_goes_on_from_its_checkpoint(study, tmp_path, monkeypatch):
         assert train(study, path) == 130
     assert not path.exists() and path.with_name("weights.pt.checkpoint").exists()
     assert train(study, path, "--resume") in (0, 3)
-    resumed = read_weights(path, "2d3d-regnet", "train")
+    resumed = read_weights(path, "liftreg", "train")
     whole = tmp_path / "whole.pt"
     assert train(study, whole) in (0, 3)
-    for name, value in read_weights(whole, "2d3d-regnet", "train").state.items():
+    for name, value in read_weights(whole, "liftreg", "train").state.items():
         assert (value == resumed.state[name]).all()

@@ -48,7 +48,8 @@ def test_projections_have_gradients_everywhere_inside():
     ct, _ = learned_phantom.phantom()
     grid = NetworkGrid.of(ct, 16)
     volume = torch.zeros(1, 1, 16, 16, 16, requires_grad=True)
-    sum(image.sum() for image in GridProjector(grid, trained_case.cameras())(volume)).backward()
+    images = GridProjector(grid, trained_case.cameras())(volume)
+    torch.stack([image.sum() for image in images]).sum().backward()
     assert volume.grad is not None and (volume.grad[0, 0, 2:-2, 2:-2, 2:-2] > 0).all()
 
 

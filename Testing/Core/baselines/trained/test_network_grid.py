@@ -19,7 +19,7 @@ def stored(ct, order, flips):
     index[:3, :3] = 0
     for new, old in enumerate(order):
         index[2 - old, 2 - new] = 1
-    for axis in np.flatnonzero(flips):
+    for axis in (n for n in range(3) if flips[n]):
         voxels = np.flip(voxels, axis)
         mirror = np.eye(4)
         mirror[2 - axis, 2 - axis] = -1

@@ -23,7 +23,8 @@ from PolyPoseLib.simulation.motion import apply
 from PolyPoseLib.simulation.simulate import SimulationOptions
 from PolyPoseLib.warp.dense import warp_volume
 
-SYSTEMS = (LiftReg(), RegNet())
+SYSTEMS = (LiftReg(), pytest.param(RegNet(), marks=pytest.mark.long))
+"""Steps of the U-Net take ten times as long; its answers and its loss are tested by default all the same."""
 PLAN = TrainingPlan(minutes=None, steps=4, batch=1, validate_every=2)
 
 
@@ -34,7 +35,7 @@ def pairs():
 
 def run(method, pairs, plan=PLAN, monitor=None, checkpoint=None, resume=False):
     keep = None if checkpoint is None else lambda fields: write_tensors(fields, checkpoint)
-    earlier = read_tensors(checkpoint, "checkpoint") if resume else None
+    earlier = read_tensors(checkpoint, "checkpoint") if resume and checkpoint else None
     return Training(method, pairs, plan, keep).run(monitor or Monitor(None, None), earlier)
 
 
@@ -56,7 +57,7 @@ def test_the_published_sizes():
     assert unet(torch.zeros(1, 1, 16, 16, 16), torch.zeros(1, 3, 16, 16, 16)).shape == (1, 3, 16, 16, 16)
 
 
-@pytest.mark.parametrize("method", SYSTEMS, ids=lambda method: method.name)
+@pytest.mark.parametrize("method", SYSTEMS, ids=("liftreg", "2d3d-regnet"))
 def test_the_loss_falls(pairs, method):
     weights = run(method, pairs, replace(PLAN, steps=16, validate_every=16, learning_rate=2e-3))
     first, last = weights.report["curve"][0], weights.report["curve"][-1]
@@ -66,9 +67,9 @@ def test_the_loss_falls(pairs, method):
     assert last["loss"] < untrained and last["step"] == 16 and first["step"] == 0
 
 
-@pytest.mark.parametrize("method", SYSTEMS, ids=lambda method: method.name)
+@pytest.mark.parametrize("method", (LiftReg(), RegNet()), ids=("liftreg", "2d3d-regnet"))
 def test_the_true_motion_has_a_smaller_loss_than_rest(pairs, method):
-    for pair in pairs.training:
+    for pair in pairs.training[:2]:
         true = pair.displacement[None].float()
         assert method.loss(true, pair, PLAN) < 0.9 * method.loss(torch.zeros_like(true), pair, PLAN)
 
@@ -136,7 +137,7 @@ class Interruption:
         return self.after < 0
 
 
-@pytest.mark.parametrize("method", SYSTEMS, ids=lambda method: method.name)
+@pytest.mark.parametrize("method", SYSTEMS, ids=("liftreg", "2d3d-regnet"))
 def test_resumed_is_uninterrupted(pairs, method, tmp_path):
     path = tmp_path / "checkpoint"
     whole = run(method, pairs)
