@@ -16,7 +16,8 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from PolyPoseLib.baselines.trained.fitting import fit_trained
-from PolyPoseLib.baselines.trained.layers import SLOPE, convolution, halved
+from PolyPoseLib.baselines.trained.input_scale import InputScale
+from PolyPoseLib.baselines.trained.layers import convolution, dense, halved
 from PolyPoseLib.baselines.trained.pca import principal_components
 from PolyPoseLib.baselines.trained.trained_weights import TrainedWeights
 from PolyPoseLib.baselines.trained.training import TrainingPlan
@@ -38,10 +39,8 @@ class LiftRegNetwork(nn.Module):
 
     Parameters
     ----------
-    views : int
-        X-rays.
-    side : int
-        Nodes of the grid along every axis.
+    inputs : InputScale
+        Scales the X-rays.
     mean : (3 side^3,) tensor
         Of the training set's displacements.
     components : (K, 3 side^3) tensor
@@ -52,23 +51,22 @@ class LiftRegNetwork(nn.Module):
     mean: Tensor
     components: Tensor
 
-    def __init__(self, views: int, side: int, mean: Tensor, components: Tensor) -> None:
+    def __init__(self, inputs: InputScale, mean: Tensor, components: Tensor) -> None:
         super().__init__()
-        self.side = side
-        inputs = (views + 1, *CHANNELS[:-1])
+        views, self.side = inputs.mean.shape[:2]
+        self.inputs = inputs
+        before = (views + 1, *CHANNELS[:-1])
         self.encoder = nn.Sequential(
             *(
                 convolution(a, b, 1 if n == 0 else 2)
-                for n, (a, b) in enumerate(zip(inputs, CHANNELS, strict=True))
+                for n, (a, b) in enumerate(zip(before, CHANNELS, strict=True))
             )
         )
-        flat = CHANNELS[-1] * halved(side, len(CHANNELS) - 1) ** 3
+        flat = CHANNELS[-1] * halved(self.side, len(CHANNELS) - 1) ** 3
         self.dense = nn.Sequential(
             nn.Flatten(),
-            nn.Linear(flat, DENSE[0]),
-            nn.LeakyReLU(SLOPE),
-            nn.Linear(DENSE[0], DENSE[1]),
-            nn.LeakyReLU(SLOPE),
+            dense(flat, DENSE[0]),
+            dense(DENSE[0], DENSE[1]),
             nn.Linear(DENSE[1], len(components)),
         )
         self.register_buffer("mean", mean.half())
@@ -76,7 +74,7 @@ class LiftRegNetwork(nn.Module):
 
     def coefficients(self, moving: Tensor, xrays: Tensor) -> Tensor:
         """Of the components (B, K), in standard deviations of the training set."""
-        return self.dense(self.encoder(torch.cat([moving, xrays], dim=1)))
+        return self.dense(self.encoder(self.inputs(moving, xrays)))
 
     def forward(self, moving: Tensor, xrays: Tensor) -> Tensor:
         """Displacement (B, 3, k, j, i) in normalised coordinates, of CTs (B, 1, ...) and lifted X-rays (B, V, ...)."""
@@ -96,8 +94,7 @@ class LiftReg:
         mean, components = principal_components(fields, plan.components)
         if not len(components):  # all pairs alike: the mean is the answer
             components = np.zeros((1, fields.shape[1]), np.float32)
-        views = len(pairs.directions)
-        return LiftRegNetwork(views, pairs.side, torch.from_numpy(mean), torch.from_numpy(components))
+        return LiftRegNetwork(InputScale.of(pairs), torch.from_numpy(mean), torch.from_numpy(components))
 
     def loss(self, displacement: Tensor, pair: PreparedPair, plan: TrainingPlan) -> Tensor:
         """Dissimilarity of the warped CT and the CT in the posture of the X-rays, and the gradient's penalty."""
@@ -115,6 +112,7 @@ def _network_of(weights: TrainedWeights) -> LiftRegNetwork:
     mean, components = weights.state["mean"], weights.state["components"]
     if mean.shape != (3 * weights.side**3,) or components.ndim != 2:
         raise ValueError("The components do not fit the grid.")
-    network = LiftRegNetwork(len(weights.directions), weights.side, mean, components)
+    inputs = InputScale.like(weights.state, len(weights.directions), weights.side)
+    network = LiftRegNetwork(inputs, mean, components)
     network.load_state_dict(weights.state)
     return network

@@ -15,6 +15,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from PolyPoseLib.baselines.trained.fitting import fit_trained
+from PolyPoseLib.baselines.trained.input_scale import InputScale
 from PolyPoseLib.baselines.trained.layers import convolution
 from PolyPoseLib.baselines.trained.trained_weights import TrainedWeights
 from PolyPoseLib.baselines.trained.training import TrainingPlan
@@ -33,6 +34,9 @@ DECODER = (32, 32, 32, 32, 16, 16)
 FLOW_DEVIATION = 1e-3
 """Of the last layer's first weights: an untrained network answers with nearly no motion."""
 
+FLOW_SCALE = 0.02
+"""Of the last layer's values, in normalised coordinates: one step of Adam moves nodes by a millimetre, not by ten."""
+
 VOLUME_WEIGHT = 1.0
 """Of the similarity in 3D, which a training on CTs in both postures can use (the published loss has none)."""
 
@@ -42,22 +46,23 @@ class RegNetwork(nn.Module):
 
     Parameters
     ----------
-    views : int
-        X-rays.
+    inputs : InputScale
+        Scales the X-rays.
 
     """
 
-    def __init__(self, views: int) -> None:
+    def __init__(self, inputs: InputScale) -> None:
         super().__init__()
-        inputs = (views + 1, *ENCODER[:-1])
+        self.inputs = inputs
+        before = (inputs.mean.shape[0] + 1, *ENCODER[:-1])
         self.encoder = nn.ModuleList(
             convolution(a, b, 1 if n == 0 else 2)
-            for n, (a, b) in enumerate(zip(inputs, ENCODER, strict=True))
+            for n, (a, b) in enumerate(zip(before, ENCODER, strict=True))
         )
         skips = (0, *ENCODER[-2::-1], 0)
-        inputs = (ENCODER[-1], *DECODER[:-1])
+        before = (ENCODER[-1], *DECODER[:-1])
         self.decoder = nn.ModuleList(
-            convolution(a + skip, b) for a, skip, b in zip(inputs, skips, DECODER, strict=True)
+            convolution(a + skip, b) for a, skip, b in zip(before, skips, DECODER, strict=True)
         )
         self.flow = nn.Conv3d(DECODER[-1], 3, 3, padding=1)
         nn.init.normal_(self.flow.weight, std=FLOW_DEVIATION)
@@ -66,7 +71,7 @@ class RegNetwork(nn.Module):
 
     def forward(self, moving: Tensor, xrays: Tensor) -> Tensor:
         """Displacement (B, 3, k, j, i) in normalised coordinates, of CTs (B, 1, ...) and lifted X-rays (B, V, ...)."""
-        values = torch.cat([moving, xrays], dim=1)
+        values = self.inputs(moving, xrays)
         kept = []
         for layer in self.encoder:
             values = layer(values)
@@ -77,7 +82,7 @@ class RegNetwork(nn.Module):
                 values = F.interpolate(values, skip.shape[2:], mode="trilinear", align_corners=True)
                 values = torch.cat([values, skip], dim=1)
             values = layer(values)
-        return self.flow(values)
+        return FLOW_SCALE * self.flow(values)
 
 
 class RegNet:
@@ -88,7 +93,7 @@ class RegNet:
 
     def new_network(self, pairs: TrainingSet, plan: TrainingPlan) -> RegNetwork:
         """An untrained network."""
-        return RegNetwork(len(pairs.directions))
+        return RegNetwork(InputScale.of(pairs))
 
     def loss(self, displacement: Tensor, pair: PreparedPair, plan: TrainingPlan) -> Tensor:
         """Dissimilarity both ways in the X-rays, one way in 3D, and the gradient's penalty of both displacements.
@@ -121,6 +126,6 @@ class RegNet:
 
 def _network_of(weights: TrainedWeights) -> RegNetwork:
     """The network with its weights; raises RuntimeError when they do not fit."""
-    network = RegNetwork(len(weights.directions))
+    network = RegNetwork(InputScale.like(weights.state, len(weights.directions), weights.side))
     network.load_state_dict(weights.state)
     return network

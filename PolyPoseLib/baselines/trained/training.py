@@ -247,6 +247,7 @@ class Training:
             total += float(loss.detach())
         if not math.isfinite(total):
             raise InputError("The training's loss is no finite number: lower the learning rate.")
+        torch.nn.utils.clip_grad_norm_(state.network.parameters(), 1.0)
         state.optimizer.step()
         state.step += 1
         state.losses.append(total)

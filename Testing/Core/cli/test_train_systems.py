@@ -87,7 +87,7 @@ def test_pairs_of_cts_and_several_studies(study, tmp_path):
         write_volume(Volume(moved.astype(np.int16), ct.affine), folder / "later.nii.gz")
     path = tmp_path / "weights.pt"
     status = run(
-        study, other, "--system", "2d3d-regnet", "--output", path, "--side", 16, "--other-cts", "later*"
+        study, other, "--system", "liftreg", "--output", path, "--side", 16, "--other-cts", "later*"
     )
     assert status in (0, 3)
     report = read_weights(path, "liftreg", "train").report

@@ -11,6 +11,7 @@ import trained_case
 from PolyPoseLib.baselines.liftreg import LiftReg, LiftRegNetwork
 from PolyPoseLib.baselines.regnet import RegNet, RegNetwork
 from PolyPoseLib.baselines.trained.ct_pairs import ct_pairs, demons_field
+from PolyPoseLib.baselines.trained.input_scale import InputScale
 from PolyPoseLib.baselines.trained.training import Training, TrainingPlan
 from PolyPoseLib.baselines.trained.training_set import TrainingSet
 from PolyPoseLib.data.benchmark.system import SystemSetting
@@ -39,10 +40,14 @@ def run(method, pairs, plan=PLAN, monitor=None, checkpoint=None, resume=False):
     return Training(method, pairs, plan, keep).run(monitor or Monitor(None, None), earlier)
 
 
+def inputs(views, side):
+    return InputScale(torch.zeros(1).expand(views, side, side, side), torch.tensor(1.0))
+
+
 def test_the_published_sizes():
     """4000 values leave the encoder of a grid of 160 nodes; the decoder doubles up to the full grid."""
-    network = LiftRegNetwork(4, 160, torch.zeros(1), torch.zeros(56, 1))
-    dense = [layer for layer in network.dense if isinstance(layer, torch.nn.Linear)]
+    network = LiftRegNetwork(inputs(4, 160), torch.zeros(1), torch.zeros(56, 1))
+    dense = [layer for layer in network.dense.modules() if isinstance(layer, torch.nn.Linear)]
     assert [(layer.in_features, layer.out_features) for layer in dense] == [
         (4000, 800),
         (800, 256),
@@ -51,10 +56,21 @@ def test_the_published_sizes():
     convolutions = [layer for layer in network.encoder.modules() if isinstance(layer, torch.nn.Conv3d)]
     assert [layer.out_channels for layer in convolutions] == [16, 32, 32, 32, 32, 32]
     assert [layer.stride[0] for layer in convolutions] == [1, 2, 2, 2, 2, 2]
-    unet = RegNetwork(3)
+    unet = RegNetwork(inputs(3, 16))
     decoder = [layer for layer in unet.decoder.modules() if isinstance(layer, torch.nn.Conv3d)]
     assert [layer.out_channels for layer in decoder] == [32, 32, 32, 32, 16, 16]
     assert unet(torch.zeros(1, 1, 16, 16, 16), torch.zeros(1, 3, 16, 16, 16)).shape == (1, 3, 16, 16, 16)
+
+
+def test_an_untrained_network_tells_one_xray_from_another(pairs):
+    """With X-rays as they come, coefficients differed by 2e-4 standard deviations: the network learned nothing."""
+    torch.manual_seed(0)
+    network = LiftReg().new_network(pairs, PLAN)
+    with torch.no_grad():
+        found = torch.cat(
+            [network.coefficients(p.moving[None].float(), p.lifted[None].float()) for p in pairs.training]
+        )
+    assert found.std(dim=0).mean() > 0.02
 
 
 @pytest.mark.parametrize("method", SYSTEMS, ids=("liftreg", "2d3d-regnet"))
