@@ -1,4 +1,4 @@
-"""Subcommand train: a regressor of initial cameras, for one CT, from renderings of it alone."""
+"""Subcommand train: a regressor of initial cameras for one CT, or a trained system of the benchmark."""
 
 from __future__ import annotations
 
@@ -12,6 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.cli._arguments import add_options, add_progress, merged_options, new_parser
 from PolyPoseLib.cli._console import progress_display
+from PolyPoseLib.cli._train_systems import (
+    CAMERAS,
+    add_system_arguments,
+    check_system_arguments,
+    train_system,
+)
 from PolyPoseLib.errors import InputError, UntrustedResultError
 
 if TYPE_CHECKING:
@@ -25,13 +31,16 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = new_parser(
         subparsers,
         "train",
-        "train a model that predicts initial cameras of X-rays of this CT, from renderings of it alone",
+        "train a model that predicts initial cameras of X-rays of this CT, from renderings of it alone; or a system "
+        "that the benchmark compares",
         "case/study.json --output case/model.pt --minutes 30",
     )
     parser.add_argument(
         "study",
         type=Path,
-        help="the study's JSON file: its CT and anchor, and the geometry and standard views of its X-rays",
+        nargs="+",
+        help="the study's JSON file: its CT and anchor, and the geometry and standard views of its X-rays; several "
+        "studies of a benchmark's system",
     )
     parser.add_argument(
         "--output", type=Path, required=True, metavar="FILE", help="the model, such as model.pt"
@@ -44,6 +53,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--allow-outside", action="store_true", help="read files outside the study's folder if it names them"
     )
+    add_system_arguments(parser)
     add_options(parser)
     add_progress(parser)
     parser.set_defaults(run=run)
@@ -55,7 +65,10 @@ def run(arguments: argparse.Namespace) -> int:
 
     checkpoint = arguments.output.with_name(arguments.output.name + ".checkpoint")
     _check(arguments, checkpoint)
+    check_system_arguments(arguments)
     with claimed_file(arguments.output, overwrite=arguments.overwrite or arguments.resume) as claim:
+        if arguments.system != CAMERAS:
+            return train_system(arguments, claim, checkpoint)
         return _train(arguments, claim, checkpoint)
 
 
@@ -63,7 +76,7 @@ def _train(arguments: argparse.Namespace, claim: FileClaim, checkpoint: Path) ->
     """Train and write the model to the claimed file."""
     from PolyPoseLib.data.study import Study
 
-    study = Study.load(arguments.study, allow_outside=arguments.allow_outside)
+    study = Study.load(arguments.study[0], allow_outside=arguments.allow_outside)
     from PolyPoseLib.data.options import Options
     from PolyPoseLib.data.progress import Monitor
     from PolyPoseLib.io.camera_models import read_tensors, save_model, write_tensors
