@@ -86,9 +86,7 @@ def test_pairs_of_cts_and_several_studies(study, tmp_path):
         moved = np.roll(ct.voxels, 1, axis=1) + rng.normal(0, 5, ct.shape)
         write_volume(Volume(moved.astype(np.int16), ct.affine), folder / "later.nii.gz")
     path = tmp_path / "weights.pt"
-    status = run(
-        study, other, "--system", "liftreg", "--output", path, "--side", 16, "--other-cts", "later*"
-    )
+    status = run(study, other, "--system", "liftreg", "--output", path, "--side", 16, "--other-cts", "later*")
     assert status in (0, 3)
     report = read_weights(path, "liftreg", "train").report
     assert (report["pairs"], report["held_out_pairs"]) == (3, 1)
