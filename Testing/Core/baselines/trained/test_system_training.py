@@ -220,6 +220,7 @@ def moved_ct(shift):
     return warp_volume(ct, field, ct), field
 
 
+@pytest.mark.long
 def test_demons_find_a_smooth_motion():
     ct, _ = learned_phantom.phantom()
     fixed, true = moved_ct((12.0, 0, -9.0))
@@ -229,6 +230,7 @@ def test_demons_find_a_smooth_motion():
     assert np.linalg.norm(found.sample(points) - true.sample(points), axis=1).mean() < 0.6 * rest
 
 
+@pytest.mark.long
 def test_pairs_of_cts_are_all_against_all():
     ct, _ = learned_phantom.phantom()
     cts = [ct, moved_ct((12.0, 0, -9.0))[0], moved_ct((-8.0, 5.0, 0))[0]]
