@@ -44,7 +44,7 @@ def likeliest_poses(
     joint: JointResult,
     covariance: np.ndarray,
     uncertainties: Mapping[int, PoseUncertainty],
-    unreliable: Collection[int],
+    contradicted: Collection[int],
 ) -> np.ndarray:
     """Shrink the poses of a joint fit.
 
@@ -56,8 +56,8 @@ def likeliest_poses(
         Of its free poses together, see :func:`joint_covariance`; what is stated of one alone is not shared with others.
     uncertainties : dict of int to PoseUncertainty
         As they are stated, by index of the structure.
-    unreliable : collection of int
-        Structures that stay where they are and say nothing of the others: those that the X-rays contradict.
+    contradicted : collection of int
+        Structures that the X-rays contradict: what is stated of them does not come from the covariance.
 
     Returns
     -------
@@ -66,14 +66,17 @@ def likeliest_poses(
 
     """
     poses, problem = joint.poses.copy(), joint.problem
-    used = [n for n, k in enumerate(problem.free_poses) if k in uncertainties and k not in unreliable]
+    used = [n for n, k in enumerate(problem.free_poses) if k in uncertainties]
     if not used:
         return poses
     bones = [problem.free_poses[n] for n in used]
     rows = np.concatenate([np.arange(6 * n, 6 * n + 6) for n in used])
     whole = covariance[np.ix_(rows, rows)]
     for n, k in enumerate(bones):
-        whole[6 * n : 6 * n + 6, 6 * n : 6 * n + 6] = uncertainties[k].covariance
+        own = slice(6 * n, 6 * n + 6)
+        if k in contradicted:
+            whole[own, :], whole[:, own] = 0, 0
+        whole[own, own] = uncertainties[k].covariance
     centres = np.array([problem.bodies[k].centre for k in bones])
     poses[bones] = shrunk_poses(poses[bones], centres, whole)[0]
     return poses

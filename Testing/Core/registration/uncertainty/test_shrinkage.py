@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
 from PolyPoseLib.geometry.rigid import about, perturbation, perturbation_between
+from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
 from PolyPoseLib.registration.uncertainty.local_minima import LEVER_MM
 from PolyPoseLib.registration.uncertainty.shrinkage import (
     ALONE,
     LENGTH_MM,
     POSE_STATED,
     SIZE_STATED,
+    likeliest_poses,
     shrunk_poses,
 )
 
@@ -151,3 +155,28 @@ def test_one_bone_that_moved_far_is_hardly_pulled_back(seed: int) -> None:
     shrunk, size = shrunk_poses(posed(deltas, centres), centres, whole([wide] + [SHARP] * 19))
     change = (deltas_of(shrunk, centres)[0] - deltas[0]) * ([LEVER_MM] * 3 + [1.0] * 3)
     assert size < 4.0 and np.linalg.norm(change) < 0.5
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_contradicted_bone_goes_with_its_neighbours_whatever_its_curvature_was(seed: int) -> None:
+    """What is stated of it may be less than its curvature says, which is of a wrong place."""
+    rng = np.random.default_rng(700 + seed)
+    centres = rng.uniform(-30, 30, (6, 3))
+    bodies = [SimpleNamespace(centre=centre) for centre in centres]
+    deltas = np.tile(np.r_[np.zeros(3), rng.normal(0, 2.0, 3)], (6, 1))
+    deltas[2, 3:] += 6.0
+    root = rng.normal(0, 1, (36, 36)) * np.tile([0.01] * 3 + [1.0] * 3, 6)[:, None]
+    root[12:18] *= 50
+    covariance = root @ root.T / 50 + whole([SHARP] * 6)
+    stated = {k: PoseUncertainty(SHARP + covariance[6 * k : 6 * k + 6, 6 * k : 6 * k + 6]) for k in range(6)}
+    stated[2] = PoseUncertainty.doubted()
+    joint = SimpleNamespace(
+        poses=posed(deltas, centres), problem=SimpleNamespace(free_poses=list(range(6)), bodies=bodies)
+    )
+    poses = likeliest_poses(joint, covariance, stated, [2])  # pyright: ignore[reportArgumentType]
+    assert np.isfinite(poses).all()
+    before, after = (
+        np.linalg.norm(each[2, 3:] - np.median(each[:, 3:], axis=0))
+        for each in (deltas, deltas_of(poses, centres))
+    )
+    assert after < before
