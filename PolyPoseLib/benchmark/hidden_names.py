@@ -14,7 +14,7 @@ from PolyPoseLib.io.whole_files import replaced_whole
 
 _WORD = (
     r"(?:ct|labels?|segmentations?|study|truth|organs?|moving|fixed|field|poses?|xrays?|views?|images?|volume|mask|"
-    r"imagesTr|labelsTr|ThoraxCBCT|dataset|subject|HN_P|im|slice|[0-9]{1,6})"
+    r"imagesTr|labelsTr|ThoraxCBCT|dataset|subject|HN_P|im|slice|(?<![0-9])[0-9]{1,6}(?![0-9]))"
 )
 _ENDING = r"(?:\.(?:nii\.gz|nii|seg\.nrrd|nrrd|mha|json|dcm|pt|h5|hdf5|png|tiff?|npz|tfm))?"
 _PLAIN = rf"{_WORD}(?:[-_. ]?{_WORD})*{_ENDING}"
@@ -58,7 +58,7 @@ class HiddenNames:
 
     def in_file(self, path: Path) -> None:
         """Rewrite a log; raises OSError where the system refuses."""
-        with path.open("rb") as lines, replaced_whole(path) as temporary, temporary.open("wb") as kept:
+        with replaced_whole(path) as temporary, temporary.open("wb") as kept, path.open("rb") as lines:
             for line in lines:
                 kept.write(self(line.decode("utf-8", "surrogateescape")).encode("utf-8", "surrogateescape"))
 

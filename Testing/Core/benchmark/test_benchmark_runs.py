@@ -320,7 +320,7 @@ class Prints(Mine):
     def fit(self, study, setting):
         import sys
         place = "DATA/Doe, John/scan of John Doe/doe.dcm"
-        print(place, "and Doe, John", file=sys.stderr)
+        print("and Doe, John", place, file=sys.stderr)
         raise ValueError(place + ": it is odd")
 """.replace("DATA", str(home / "data"))
     )
