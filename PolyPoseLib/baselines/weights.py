@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import pickle
 from collections.abc import Mapping
 from pathlib import Path
 
 import torch
 
 from PolyPoseLib.data.benchmark.system import SystemSetting
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, memory_ran_out
 
 _COMPILED = "_orig_mod."
 """What torch.compile puts before the names of a network's parameters."""
@@ -55,7 +54,9 @@ def read_weights(path: Path, system: str) -> dict[str, torch.Tensor]:
     """
     try:
         read = torch.load(path, map_location="cpu", weights_only=True)
-    except (pickle.UnpicklingError, RuntimeError, ValueError, EOFError, OSError, KeyError) as error:
+    except MemoryError as error:
+        raise memory_ran_out(str(path)) from error
+    except Exception as error:  # torch raises many kinds for files that are damaged or hostile
         raise InputError(
             f"{path}: this is no file of weights for {system}, as torch.save writes a state dict: download it again."
         ) from error

@@ -66,6 +66,11 @@ def file_digest(path: Path) -> str:
     return found.hexdigest()
 
 
+def system_digest(code: str, weights: str) -> str:
+    """SHA256 of what a system is; code, weights: as of ``run_digest``."""
+    return hashlib.sha256(json.dumps([code, weights]).encode()).hexdigest()
+
+
 def run_digest(case: str, code: str, settings: RunSettings, weights: str) -> str:
     """SHA256 of all that a row depends on.
 

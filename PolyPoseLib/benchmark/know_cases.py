@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PolyPoseLib.benchmark.case_reading import known_cases
 from PolyPoseLib.benchmark.child_start import begin
-from PolyPoseLib.benchmark.rows import without_names
+from PolyPoseLib.benchmark.hidden_names import HiddenNames
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark.jobs import parse_source_text, write_cases
 
@@ -21,7 +21,7 @@ def main(argv: Sequence[str]) -> int:
     try:
         write_cases(Path(path), stamp, known_cases(source))
     except InputError as error:
-        print(f"polypose: {without_names(str(error), source)}", file=sys.stderr, flush=True)
+        print(f"polypose: {HiddenNames(source)(str(error))}", file=sys.stderr, flush=True)
         return error.exit_status
     return 0
 

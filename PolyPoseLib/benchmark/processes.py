@@ -7,6 +7,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from PolyPoseLib.benchmark.hidden_names import HiddenNames
 from PolyPoseLib.benchmark.measures import Measures
 from PolyPoseLib.benchmark.rows import log_path, row_of, row_path
 from PolyPoseLib.cohort.child import ChildEnd, run_child
@@ -50,7 +51,7 @@ def know_cases(source: CaseSource, folder: Path, stamp: str, run: str) -> tuple[
     if (known := read_cases(path, stamp, source)) is not None:
         return known
     log = folder / LOGS / f"reading-{key}.log"
-    end, said = _ended(["know_cases", text, str(path), stamp], 1, log, run, None)
+    end, said = _ended(["know_cases", text, str(path), stamp], source, log, run, (1, None))
     known = read_cases(path, stamp, source)
     if known is None or end.status != 0:
         raise InputError(said or f"{source.subject}: reading it {_how(end)}; see {LOGS}/{log.name}.")
@@ -82,7 +83,8 @@ def run_system(job: RunJob, run: str, limit_seconds: float | None) -> Row:
     """
     place = row_path(job)
     place.unlink(missing_ok=True)
-    end, said = _ended(["run_system", job_text(job)], job.settings.threads, log_path(job), run, limit_seconds)
+    share = job.settings.threads, limit_seconds
+    end, said = _ended(["run_system", job_text(job)], job.case.source, log_path(job), run, share)
     row = read_row(place)
     if row is not None and row["digest"] == job.digest:
         return row  # also of a process that a library brought down at its very end
@@ -103,22 +105,27 @@ def unread_row(job: RunJob, reason: str) -> Row:
 
 
 def _ended(
-    words: list[str], threads: int, log: Path, run: str, limit_seconds: float | None
+    words: list[str], source: CaseSource, log: Path, run: str, share: tuple[int, float | None]
 ) -> tuple[ChildEnd, str]:
     """How a process of this package ended, and the last sentence that it said; raises InterruptedRun.
 
-    words: of the command: its module and what it is given.
+    words: of the command: its module and what it is given. source: whose names its log must not hold. share: threads,
+    and seconds after which it is ended.
     """
     log.touch()
     began = log.stat().st_size
     command = [sys.executable, "-m", f"PolyPoseLib.benchmark.{words[0]}", *words[1:]]
     # Whatever a system leaves among temporary files goes with it, also when it is killed.
     with tempfile.TemporaryDirectory(prefix="polypose-benchmark-", ignore_cleanup_errors=True) as temporary:
-        environment = child_environment(threads) | {"TMPDIR": temporary, "TEMP": temporary, "TMP": temporary}
-        end = run_child(command, environment, log, run, limit_seconds)
+        environment = child_environment(share[0]) | {"TMPDIR": temporary, "TEMP": temporary, "TMP": temporary}
+        try:
+            end = run_child(command, environment, log, run, share[1])
+        finally:
+            said = cut(one_line(last_sentence(log, began)), 1000)
+            HiddenNames(source).in_file(log)
     if end is None or end.asked:
         raise InterruptedRun
-    return end, cut(one_line(last_sentence(log, began)), 1000)
+    return end, said
 
 
 def _how(end: ChildEnd) -> str:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import re
 from pathlib import Path
 
 from PolyPoseLib import __version__
+from PolyPoseLib.benchmark.hidden_names import HiddenNames
 from PolyPoseLib.benchmark.measures import Measures
 from PolyPoseLib.benchmark.systems import file_part
-from PolyPoseLib.data.benchmark.job import CaseSource, RunJob
+from PolyPoseLib.data.benchmark.job import RunJob
 from PolyPoseLib.errors import cut, one_line
 from PolyPoseLib.io.benchmark.benchmark_folder import FIELDS, LOGS, PICTURES, ROWS
 from PolyPoseLib.io.benchmark.row_files import Row
@@ -55,28 +55,24 @@ def row_of(job: RunJob, status: str, reason: str, measures: Measures) -> Row:
         "views": job.case.views,
         "system": job.system,
         "status": status,
-        "reason": _without_folders(reason, job),
+        "reason": publishable(reason, job),
         **{name: _known(value) for name, value in dataclasses.asdict(measures).items()},
         "notes": [],
         "scores": {},
         "digest": job.digest,
         "case_digest": job.case.digest,
+        "system_digest": job.system_digest,
         "settings": dataclasses.asdict(job.settings),
         "polypose": __version__,
     }
-
-
-def without_names(text: str, source: CaseSource) -> str:
-    """A text in which the subject's folder is called by its subject: its own name may be a patient's."""
-    return re.sub(rf"{re.escape(source.root)}[/\\][^/\\:\n]+", lambda _: source.subject, text)
 
 
 def _known(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _without_folders(text: str, job: RunJob) -> str:
-    """A sentence on one line, without the long paths that are the same everywhere."""
-    text = without_names(text, job.case.source)
+def publishable(text: str, job: RunJob) -> str:
+    """A sentence on one line, without a patient's name and the long paths that are the same everywhere."""
+    text = HiddenNames(job.case.source)(text)
     text = text.replace(f"{job.folder}/", "").replace(f"{job.folder}\\", "")
     return cut(one_line(text), _LONGEST_REASON)

@@ -9,14 +9,14 @@ import secrets
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from PolyPoseLib import __version__
-from PolyPoseLib.benchmark.digests import file_digest, run_digest
+from PolyPoseLib.benchmark.digests import file_digest, run_digest, system_digest
 from PolyPoseLib.benchmark.processes import InterruptedRun, know_cases, run_system, unread_row
 from PolyPoseLib.benchmark.rows import UNREAD, field_path, pictures_path, row_path
 from PolyPoseLib.benchmark.systems import NamedSystem, weights_names
@@ -204,11 +204,12 @@ class _Plan:
         files = self.benchmark.weights
         given = next((files[name] for name in weights_names(system.name) if name in files), None)
         weights = "" if given is None else self._weights[given]
-        digest = run_digest(case.digest, self._code[system.name], settings, weights)
+        code = self._code[system.name]
+        digest, own = run_digest(case.digest, code, settings, weights), system_digest(code, weights)
         folder = str(self.benchmark.folder)
         more = {"keep_field": self.benchmark.keep_fields, "draw": self.benchmark.draw}
         file = "" if given is None else str(given)
-        return RunJob(case, system.name, system.path, settings, folder, digest, file, **more)
+        return RunJob(case, system.name, system.path, settings, folder, digest, own, file, **more)
 
     def _end(self, key: tuple[int, int, int], row: Row, reused: bool = False) -> None:
         """A run has ended."""
@@ -240,24 +241,34 @@ _Tasks = list[Callable[[], "_Tasks"]]
 def comparable_rows(rows: list[Row], folder: Path) -> list[Row]:
     """The rows of a call, at least one, with those of earlier calls that can stand in one table with them.
 
-    Left out, and logged, are rows of other settings or versions of PolyPose, or of a case that has changed since.
+    Left out, and logged, are rows of other settings or versions of PolyPose, of a case that has changed since, and of
+    a system with other code or weights than its newest row has: a line of a table is one system on one set of data.
     """
-    found = {(row["case"], row["system"]): row for row in rows}
-    digests = {row["case"]: row["case_digest"] for row in rows}
+    cases = {row["case"]: row["case_digest"] for row in rows}
+    systems = {row["system"]: row["system_digest"] for row in rows}
+    known = {(row["case"], row["system"]) for row in rows}
+    found: dict[Path, Row] = {}
     left_out = 0
-    for path in sorted((folder / ROWS).glob("*.json")):
+    for path in _newest_first((folder / ROWS).glob("*.json")):
         row = read_row(path)
-        if row is None or (row["case"], row["system"]) in found or row["case_digest"] == UNREAD:
+        if row is None or (row["case"], row["system"]) in known or row["case_digest"] == UNREAD:
             continue
         alike = all(row[name] == rows[0][name] for name in ("settings", "polypose"))
-        if alike and digests.get(row["case"], row["case_digest"]) == row["case_digest"]:
-            found[row["case"], row["system"]] = row
+        alike = alike and cases.get(row["case"], row["case_digest"]) == row["case_digest"]
+        if alike and systems.get(row["system"], row["system_digest"]) == row["system_digest"]:
+            cases[row["case"]], systems[row["system"]] = row["case_digest"], row["system_digest"]
+            found[path] = row
         else:
             left_out += 1
     if left_out:
         _LOG.warning(
-            "%d rows of earlier runs are left out of the tables: their data, settings or version differ; name their "
-            "systems in --methods to run them again.",
+            "%d rows of earlier runs are left out of the tables: their data, settings, weights, code or version "
+            "differ; name their systems in --methods to run them again.",
             left_out,
         )
-    return list(found.values())
+    return [*rows, *(found[path] for path in sorted(found))]
+
+
+def _newest_first(paths: Iterable[Path]) -> list[Path]:
+    """Files by the time when they were written; of those of one time, by name."""
+    return sorted(sorted(paths), key=lambda path: path.stat().st_mtime_ns, reverse=True)

@@ -14,7 +14,7 @@ from PolyPoseLib.benchmark.child_start import begin
 from PolyPoseLib.benchmark.digests import digest_of
 from PolyPoseLib.benchmark.measures import Measures, measured
 from PolyPoseLib.benchmark.motion_checks import require_motion
-from PolyPoseLib.benchmark.rows import field_path, pictures_path, row_of, row_path
+from PolyPoseLib.benchmark.rows import field_path, pictures_path, publishable, row_of, row_path
 from PolyPoseLib.benchmark.systems import SYSTEMS, load_system, require_packages
 from PolyPoseLib.data.benchmark.case import BenchmarkCase
 from PolyPoseLib.data.benchmark.job import DONE, FAILED, SKIPPED, RunJob
@@ -61,7 +61,10 @@ def main(argv: Sequence[str]) -> int:
     row = row_of(job, status, reason, attempt.measures)
     if status != DONE:
         print(f"polypose: {row['reason']}", file=sys.stderr, flush=True)
-    write_row(row_path(job), {**row, "notes": list(attempt.notes), "scores": attempt.scores})
+    write_row(
+        row_path(job),
+        {**row, "notes": [publishable(each, job) for each in attempt.notes], "scores": attempt.scores},
+    )
     return 0
 
 

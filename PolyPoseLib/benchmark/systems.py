@@ -25,7 +25,7 @@ SYSTEMS: dict[str, str] = {
     "polypose": "PolyPoseLib.benchmark.own_systems:PolyPose",
     "polypose-found": "PolyPoseLib.benchmark.own_systems:PolyPoseFound",
     "paper": "PolyPoseLib.benchmark.own_systems:Paper",
-    "rigid": "PolyPoseLib.baselines.rigid:Rigid",
+    "rigid": "PolyPoseLib.benchmark.learned_start:RigidWithStart",
     "dense-r3": "PolyPoseLib.baselines.dense_r3:DenseR3",
     "dense-se3": "PolyPoseLib.baselines.dense_se3:DenseSE3",
     "fdk-greedy": "PolyPoseLib.baselines.volumes.greedy:FdkGreedy",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 USUAL_METHODS = ("rest", "polypose")
 
 MOST_JOBS = 256
-
-_VIEWS = re.compile(r"\d{1,3}x\d{1,3}(\.\d{1,3})?", re.ASCII)
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -59,7 +56,10 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("--subjects", nargs="+", metavar="NAME", help="only these (default: all)")
     parser.add_argument(
-        "--views", nargs="+", metavar="NxDEG", help="such as 2x30 3x120 (default: those of the paper)"
+        "--views",
+        nargs="+",
+        metavar="VIEWS",
+        help="such as 2x30 3x120, of deepfluoro frames such as 10+9 (default: those of the paper, or a case's own)",
     )
     parser.add_argument(
         "--weights",
@@ -172,11 +172,10 @@ def case_sources(arguments: argparse.Namespace) -> tuple[CaseSource, ...]:
     from PolyPoseLib.io.benchmark.readers import READERS
 
     data, reader = arguments.data, READERS[arguments.dataset]
-    for views in arguments.views or ():
-        if views not in reader.default_views and not _VIEWS.fullmatch(views):
-            raise InputError(
-                f'--views: "{one_line(views)[:40]}" is no number of views with an arc in degrees, such as 2x30.'
-            )
+    try:
+        sets = dict.fromkeys(map(reader.view_name, arguments.views or reader.default_views))
+    except InputError as error:
+        raise InputError(f"--views: {error}") from error
     subjects = reader.subjects(data)
     if not subjects:
         raise InputError(
@@ -186,7 +185,6 @@ def case_sources(arguments: argparse.Namespace) -> tuple[CaseSource, ...]:
         if name not in subjects:
             raise InputError(f"--subjects: {unknown_name('subject', name, subjects)}")
     chosen = [name for name in subjects if arguments.subjects is None or name in arguments.subjects]
-    sets = tuple(dict.fromkeys(arguments.views or reader.default_views))
     return tuple(
         CaseSource(arguments.dataset, str(data.resolve()), name, views) for name in chosen for views in sets
     )

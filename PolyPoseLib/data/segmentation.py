@@ -65,7 +65,7 @@ class Segmentation:
         """Validate, and fix the types."""
         if not self.layers:
             raise InputError(f"{self.source}: the segmentation has no layer: export it again.")
-        layers = tuple(_whole_numbers(each, self.source) for each in self.layers)
+        layers = tuple(whole_numbers(each, self.source) for each in self.layers)
         object.__setattr__(self, "layers", layers)
         object.__setattr__(self, "_present", tuple(_labels_present(each.voxels) for each in layers))
         for segment in self.segments:
@@ -202,7 +202,7 @@ def _labels_present(voxels: np.ndarray) -> np.ndarray:
     return np.flatnonzero(seen)[int(seen[0]) :]
 
 
-def _whole_numbers(volume: Volume, source: str) -> Volume:
+def whole_numbers(volume: Volume, source: str) -> Volume:
     """The volume with non-negative integer voxels; raises InputError when its values are none."""
     voxels = volume.voxels
     if voxels.dtype == bool:

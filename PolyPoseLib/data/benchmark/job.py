@@ -94,6 +94,8 @@ class RunJob:
         Of the benchmark.
     digest : str
         SHA256 of all that the row depends on.
+    system_digest : str
+        SHA256 of what the system is: its code, as far as that is known, and its weights.
     weights : str
         Its file of trained weights; empty without.
     keep_field, draw : bool
@@ -107,6 +109,7 @@ class RunJob:
     settings: RunSettings
     folder: str
     digest: str
+    system_digest: str
     weights: str = ""
     keep_field: bool = False
     draw: bool = False

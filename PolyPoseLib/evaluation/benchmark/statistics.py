@@ -33,12 +33,24 @@ class Cell:
 
     Attributes
     ----------
-    values
-        {subject: number}; the mean over a subject's cases where it has several.
+    cases
+        {(subject, case): number}.
 
     """
 
-    values: Mapping[str, float]
+    cases: Mapping[tuple[str, str], float]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """{subject: number}; the mean over a subject's cases where it has several."""
+        by_subject: dict[str, list[float]] = {}
+        for (subject, _), value in self.cases.items():
+            by_subject.setdefault(subject, []).append(value)
+        return {subject: float(np.mean(each)) for subject, each in by_subject.items()}
+
+    def shared(self, other: Cell) -> Cell:
+        """Of the cases alone that another has, too."""
+        return Cell({case: value for case, value in self.cases.items() if case in other.cases})
 
     @property
     def mean(self) -> float:
@@ -91,7 +103,7 @@ class Comparison:
     rival
         The system with the best mean among those that finished every case.
     pairs, differing
-        Subjects that both have, and those of them in which they differ.
+        Subjects that both have, each by the cases that both have, and those of them in which they differ.
     better
         Whether the system's mean over these subjects is the better one.
     p, p_holm
@@ -183,13 +195,9 @@ def _line(system: str, rows: Sequence[Row], columns: Sequence[Column], cases: in
     done = [row for row in rows if row["status"] == "done"]
     cells = {}
     for column in columns:
-        by_subject: dict[str, list[float]] = {}
-        for row in done:
-            value = column.value(row)
-            if value is not None:
-                by_subject.setdefault(str(row["subject"]), []).append(value)
-        if by_subject:
-            cells[column.key] = Cell({subject: float(np.mean(each)) for subject, each in by_subject.items()})
+        numbers = {(str(row["subject"]), str(row["case"])): column.value(row) for row in done}
+        if known := {case: value for case, value in numbers.items() if value is not None}:
+            cells[column.key] = Cell(known)
     reasons = Counter(
         (str(row["status"]), str(row.get("reason") or "no reason was given"))
         for row in rows
@@ -203,10 +211,10 @@ def _line(system: str, rows: Sequence[Row], columns: Sequence[Column], cases: in
 
 
 def _comparable(column: Column, lines: Sequence[Line]) -> list[Line]:
-    """The lines whose mean in a column is over all the subjects that any of them has a number of."""
+    """The lines whose mean in a column is over all the cases that any of them has a number of."""
     known = [line for line in lines if column.key in line.cells and line.system != REFERENCE]
-    subjects = {subject for line in known for subject in line.cells[column.key].values}
-    return [line for line in known if line.is_whole and line.cells[column.key].values.keys() == subjects]
+    cases = {case for line in known for case in line.cells[column.key].cases}
+    return [line for line in known if line.is_whole and line.cells[column.key].cases.keys() == cases]
 
 
 def _ranked(column: Column, lines: Sequence[Line]) -> tuple[frozenset[str], frozenset[str]]:
@@ -243,8 +251,10 @@ def _compared(column: Column, own: Line, lines: Sequence[Line]) -> Comparison | 
         return None
     sign = 1 if column.better == "higher" else -1
     rival = max(rivals, key=lambda line: sign * line.cells[column.key].mean)
-    first, second = own.cells[column.key].values, rival.cells[column.key].values
-    subjects = [subject for subject in first if subject in second]
+    # A subject's mean over other cases than the rival's would be no pair.
+    mine, its = own.cells[column.key], rival.cells[column.key]
+    first, second = mine.shared(its).values, its.shared(mine).values
+    subjects = list(first)
     differences = np.array([first[subject] - second[subject] for subject in subjects])
     differing = int(np.count_nonzero(_without_rounding(differences)))
     better = bool(len(differences)) and sign * float(differences.mean()) > 0

@@ -90,6 +90,11 @@ def cases(root: Path, subject: str, views: Sequence[str]) -> Iterator[BenchmarkC
             raise InputError(f"{root}, {subject}: {error}") from error
 
 
+def view_name(views: str) -> str:
+    """The one spelling of a list of frames, "10+9" of "010+09", or "paper"; raises InputError."""
+    return PAPER if views == PAPER else "+".join(map(str, _frames(views, "")))
+
+
 def _source(root: Path) -> tuple[Path, dict[str, Path]]:
     """The file or folder that is read, and {subject: its place}: a path of which, in a file, only the name counts."""
     root = require_root(root, WHERE, folder=False)

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from PolyPoseLib.data.segmentation import whole_numbers
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix
 from PolyPoseLib.geometry.rigid import require_rigid
@@ -51,8 +52,7 @@ def read_subject(folder: Path, root: Path) -> FluoroSubject:
             raise InputError(f"{folder}: there is no {name}: copy the whole folder of the subject again.")
     ct, odd = read_ct_with_warnings(inside(folder / "volume.nii.gz", root))
     mask = inside(folder / "mask.nii.gz", root)
-    labels, warnings = on_scan_grid(read_volume(mask), ct, mask)
-    labels = labels.with_voxels(np.rint(labels.voxels).astype(np.int32))
+    labels, warnings = on_scan_grid(whole_numbers(read_volume(mask), str(mask)), ct, mask)
     xrays = inside(folder / "xrays", root)
     frames = sorted(int(match[1]) for name in entries(xrays) if (match := _FRAME.fullmatch(name)))
     if not frames:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from PolyPoseLib.data.hounsfield import impossible_hounsfield_values, impossible_size
+from PolyPoseLib.data.segmentation import whole_numbers
 from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
@@ -55,9 +56,8 @@ def read_subject(path: Path, specimen: str) -> FluoroSubject:
             raise InputError(f'{path}, "{specimen}/vol": {fault}')
         voxels = np.maximum(ct.voxels.astype(np.float32), np.float32(AIR_HU))
         place = group.group("vol-seg", "image")
-        labels, warnings = on_scan_grid(_volume(place), ct, Path(f"{path}/{specimen}/vol-seg"))
-        if not np.issubdtype(labels.voxels.dtype, np.integer):
-            raise InputError(f'{place.where}: "pixels" holds no whole numbers, so they are no labels.')
+        numbered = whole_numbers(_volume(place), f'{place.where}: "pixels"')
+        labels, warnings = on_scan_grid(numbered, ct, Path(f"{path}/{specimen}/vol-seg"))
         projections = group.group("projections")
         frames = sorted(int(name) for name in projections.names() if name.isascii() and name.isdigit())
         if not frames:

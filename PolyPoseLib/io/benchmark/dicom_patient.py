@@ -38,6 +38,8 @@ class DicomScan:
         Date and time as DICOM writes them, sortable; empty when they are absent.
     slices
         How many files it has.
+    folders
+        All that hold some of them.
     structure_set
         The RTSTRUCT drawn on it, or None.
 
@@ -49,6 +51,7 @@ class DicomScan:
     when: str
     slices: int = 0
     structure_set: Path | None = None
+    folders: set[Path] = field(default_factory=set)
 
 
 @dataclass
@@ -66,7 +69,8 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
     Raises
     ------
     InputError
-        Links out of the root, too many files, or CTs whose order no date tells; not when there are none.
+        Links out of the root, too many files, a CT in several folders, or CTs whose order no date tells; not when
+        there are none.
 
     """
     scans: dict[str, DicomScan] = {}
@@ -84,6 +88,7 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
                     uid, DicomScan(path.parent, uid, _text(header, "StudyInstanceUID"), when)
                 )
                 scan.slices += 1
+                scan.folders.add(path.parent)
             elif modality == "RTSTRUCT":
                 drawn.append(_StructureSet(path, _text(header, "StudyInstanceUID"), _drawn_on(header)))
     whole = [scan for scan in scans.values() if scan.slices >= FEWEST_SLICES]
@@ -95,6 +100,12 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
         max(group, key=lambda scan: (scan.structure_set is not None, scan.slices, scan.uid))
         for group in studies.values()
     ]
+    for scan in chosen:
+        if len(scan.folders) > 1:  # a part of its slices would make a shorter CT, which nobody would notice
+            raise InputError(
+                f"{patient}: the slices of one CT lie in {len(scan.folders)} folders, {scan.folder} the first of them: "
+                "move them into one folder, each slice once."
+            )
     if len(chosen) > 1:
         dates = [scan.when for scan in chosen]
         if not all(dates) or len(set(dates)) < len(dates):

@@ -70,7 +70,11 @@ class H5Group:
         """A dataset of finite numbers; of so many dimensions where that is given."""
         dataset = self._dataset(name)
         place = f'{self.where}: "{name}"'
-        if dataset.dtype.kind not in "fiub":
+        try:
+            is_number = dataset.dtype.kind in "fiub"
+        except TypeError:  # of types that NumPy does not have
+            is_number = False
+        if not is_number or dataset.shape is None:
             raise InputError(f"{place} holds no numbers, so the file has another layout.")
         if dimensions is not None and len(dataset.shape) != dimensions:
             raise InputError(f"{place} has {len(dataset.shape)} dimensions instead of {dimensions}.")

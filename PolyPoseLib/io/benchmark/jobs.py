@@ -55,6 +55,7 @@ def parse_job_text(text: str) -> RunJob:
         settings=record.required("settings", parse_settings),
         folder=record.required("folder", nonempty),
         digest=record.required("digest", nonempty),
+        system_digest=record.required("system_digest", nonempty),
         weights=record.required("weights", string),
         keep_field=record.required("keep_field", boolean),
         draw=record.required("draw", boolean),

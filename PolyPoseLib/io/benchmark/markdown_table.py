@@ -93,13 +93,12 @@ def _structures(column: Column, table: Table, rows: Sequence[Row]) -> Iterator[l
         path = ("scores", "structures", name, *column.path)
         cells = []
         for system in systems:
-            values: dict[str, list[float]] = {}
-            for row in done:
-                value = number_at(row, path) if row["system"] == system else None
-                if value is not None:
-                    values.setdefault(str(row["subject"]), []).append(value)
-            means = {subject: sum(each) / len(each) for subject, each in values.items()}
-            cells.append(words.mean_sd(column, Cell(means) if means else None))
+            values = {
+                (str(row["subject"]), str(row["case"])): value
+                for row in done
+                if row["system"] == system and (value := number_at(row, path)) is not None
+            }
+            cells.append(words.mean_sd(column, Cell(values) if values else None))
         if any(cells):
             lines.append([escaped(name), *cells])
     if lines:

@@ -9,7 +9,7 @@ from pathlib import Path
 from PolyPoseLib.data.benchmark.case import BenchmarkCase
 from PolyPoseLib.errors import InputError, unknown_name
 from PolyPoseLib.io.benchmark import deepfluoro, headneck, simulated, thoraxcbct
-from PolyPoseLib.io.benchmark.view_sets import PAPER_VIEWS
+from PolyPoseLib.io.benchmark.view_sets import PAPER_VIEWS, view_name
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,8 @@ class Reader:
         `default_views`. Raises InputError.
     default_views
         What is read when no views are named.
+    view_name
+        The one spelling of a set of views; raises InputError for what is none of this data set.
     where
         What the root must be and where it is to be had, as a part of a sentence.
 
@@ -37,18 +39,50 @@ class Reader:
     subjects: Callable[[Path], list[str]]
     cases: Callable[[Path, str, Sequence[str]], Iterator[BenchmarkCase]]
     default_views: tuple[str, ...]
+    view_name: Callable[[str], str]
     where: str
+
+
+def _rendered(dataset: str) -> Callable[[str], str]:
+    """How views are named whose X-rays are rendered."""
+    return lambda name: view_name(name, dataset)
 
 
 READERS: dict[str, Reader] = {
     each.name: each
     for each in (
         Reader(
-            deepfluoro.DATASET, deepfluoro.subjects, deepfluoro.cases, (deepfluoro.PAPER,), deepfluoro.WHERE
+            deepfluoro.DATASET,
+            deepfluoro.subjects,
+            deepfluoro.cases,
+            (deepfluoro.PAPER,),
+            deepfluoro.view_name,
+            deepfluoro.WHERE,
         ),
-        Reader(headneck.DATASET, headneck.subjects, headneck.cases, PAPER_VIEWS, headneck.WHERE),
-        Reader(thoraxcbct.DATASET, thoraxcbct.subjects, thoraxcbct.cases, PAPER_VIEWS, thoraxcbct.WHERE),
-        Reader(simulated.DATASET, simulated.subjects, simulated.cases, (simulated.OWN,), simulated.WHERE),
+        Reader(
+            headneck.DATASET,
+            headneck.subjects,
+            headneck.cases,
+            PAPER_VIEWS,
+            _rendered(headneck.DATASET),
+            headneck.WHERE,
+        ),
+        Reader(
+            thoraxcbct.DATASET,
+            thoraxcbct.subjects,
+            thoraxcbct.cases,
+            PAPER_VIEWS,
+            _rendered(thoraxcbct.DATASET),
+            thoraxcbct.WHERE,
+        ),
+        Reader(
+            simulated.DATASET,
+            simulated.subjects,
+            simulated.cases,
+            (simulated.OWN,),
+            simulated.view_name,
+            simulated.WHERE,
+        ),
     )
 }
 

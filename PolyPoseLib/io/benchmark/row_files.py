@@ -48,7 +48,9 @@ def read_row(path: Path) -> Row | None:
 def _checked(row: Row) -> Row:
     """The row when its fields are what tables are made of; raises InputError."""
     record = Record(row)
-    for name in ("case", "dataset", "subject", "views", "system", "digest", "case_digest", "polypose"):
+    for name in ("case", "dataset", "subject", "views", "system", "polypose"):
+        record.required(name, nonempty)
+    for name in ("digest", "case_digest", "system_digest"):
         record.required(name, nonempty)
     record.required("dataset", one_of(DATASETS))
     record.required("status", one_of(STATUSES))

@@ -16,6 +16,7 @@ from PolyPoseLib.data.volume import Volume, resample_labels_onto
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.io.benchmark import view_sets as sets
 from PolyPoseLib.io.benchmark.places import (
     entries,
     folders,
@@ -38,9 +39,9 @@ WHERE = (
 OWN = "own"
 """Stands for the X-rays that the folder holds, noise and scatter included."""
 
-_KNOWN = (
-    r"(?:case|seed|simulated|sim|pelvis|chest|thorax|head|neck|knee|breathing)(?:[-_]?[a-z0-9]{0,12}){0,3}"
-)
+_WORDS = "case|seed|simulated|sim|pelvis|chest|thorax|head|neck|knee|breathing"
+_KNOWN = rf"(?:{_WORDS})(?:[-_]?(?:{_WORDS}|[0-9]{{1,6}}|[a-z])){{0,4}}"
+"""Any other word may be a name: "case-doe"."""
 
 
 def subjects(root: Path) -> list[str]:
@@ -66,6 +67,11 @@ def cases(root: Path, subject: str, views: Sequence[str]) -> Iterator[BenchmarkC
             yield simulation.own_case() if each is None else simulation.rendered(each)
     except InputError as error:
         raise InputError(f"{folder}: {error}") from error
+
+
+def view_name(name: str) -> str:
+    """The one spelling of a set of views, "own" included; raises InputError."""
+    return OWN if name == OWN else sets.view_name(name, DATASET)
 
 
 def _cases(root: Path) -> dict[str, Path]:

@@ -54,6 +54,11 @@ def view_sets(names: Sequence[str], where: str) -> list[ViewSet]:
     return [_view_set(name, where) for name in names or PAPER_VIEWS]
 
 
+def view_name(name: str, where: str) -> str:
+    """The one spelling of a set's name, "2x30" of "02x30.0"; raises InputError that opens with `where`."""
+    return _view_set(name, where).name
+
+
 def _view_set(name: str, where: str) -> ViewSet:
     """One set; raises InputError."""
     match = _SET.fullmatch(name) if isinstance(name, str) else None

@@ -67,3 +67,11 @@ def test_a_file_of_something_else_is_refused(tmp_path):
     torch.save({"epoch": 3}, tmp_path / "w.pth")
     with pytest.raises(InputError, match="something else than named tensors"):
         read_weights(tmp_path / "w.pth", "fdk-x")
+
+
+@pytest.mark.parametrize("content", [b"\x80\x02.", b"ustar", b"\x80\x02(K\x01e."])
+def test_hostile_files_are_told_in_a_sentence(tmp_path, content):
+    """Torch's reader raises IndexError for these."""
+    (tmp_path / "w.pth").write_bytes(content)
+    with pytest.raises(InputError, match=r"w\.pth: this is no file of weights for x"):
+        read_weights(tmp_path / "w.pth", "x")

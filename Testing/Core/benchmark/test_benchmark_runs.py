@@ -261,6 +261,12 @@ def test_only_rows_that_are_comparable_share_a_table(home, caplog):
         "other data": {"system": "c", "case_digest": "other"},
         "other version": {"system": "d", "polypose": "0.0.1"},
         "other threads": {"system": "e", "settings": row["settings"] | {"threads": 4}},
+        "other weights": {
+            "system": "rest",
+            "case": "case-4-2x60",
+            "case_digest": "more",
+            "system_digest": "other",
+        },
         "unread": {"system": "f", "case": "case-3-own-unread", "case_digest": "unread"},
     }
     for name, change in others.items():
@@ -268,4 +274,62 @@ def test_only_rows_that_are_comparable_share_a_table(home, caplog):
     (rows / "damaged.json").write_text("{")
     found = comparable_rows([row], home / "out")
     assert [each["system"] for each in found] == ["rest", "a", "b"]
-    assert "3 rows of earlier runs are left out" in caplog.text
+    assert "4 rows of earlier runs are left out" in caplog.text
+
+
+def test_a_line_of_a_table_is_one_system_on_one_set_of_data(home):
+    """Neither systems nor cases of this call: what is newest holds, and what differs from it is left out."""
+    home, _ = home
+    (row,) = run(home, "rest")
+    others = [
+        {"system": "a", "case": "old", "case_digest": "1", "system_digest": "first weights"},
+        {"system": "a", "case": "new", "case_digest": "2", "system_digest": "second weights"},
+        {"system": "b", "case": "new", "case_digest": "data before a change"},
+        {"system": "b", "case": "other", "case_digest": "3"},
+    ]
+    for number, change in enumerate(others):
+        place = home / f"out/rows/{number}.json"
+        write_row(place, row | change)
+        os.utime(place, (100 + number % 3, 100 + number % 3))
+    os.utime(home / "out/rows/2.json", (1, 1))
+    found = {(each["system"], each["case"]) for each in comparable_rows([row], home / "out")}
+    assert found == {("rest", row["case"]), ("a", "new"), ("b", "other")}
+
+
+def test_rows_of_other_weights_do_not_share_a_line(home):
+    home, _ = home
+    weights = home / "weights.txt"
+    shutil.copytree(home / "data/case-1", home / "data/case-2")
+    found = []
+    for number in (1, 2):
+        weights.write_text(str(number))
+        found += run(home, "w=my_systems:Weighs", subject=f"case-{number}", weights={"w": weights})
+    assert [each["notes"] for each in found] == [["1"], ["2"]]
+    assert comparable_rows(found[1:], home / "out") == found[1:]
+
+
+def test_logs_and_rows_name_no_folder_below_the_data(home):
+    """A series' folder and a file may be called after the patient as well, and a system may print paths."""
+    home, _ = home
+    (home / "data/case-1").rename(home / "data/Doe, John")
+    (home / "my_systems.py").write_text(
+        MY_SYSTEMS
+        + """
+
+class Prints(Mine):
+    def fit(self, study, setting):
+        import sys
+        place = "DATA/Doe, John/scan of John Doe/doe.dcm"
+        print("and Doe, John", place, file=sys.stderr)
+        raise ValueError(place + ": it is odd")
+""".replace("DATA", str(home / "data"))
+    )
+    (subject,) = READERS["simulated"].subjects(home / "data")
+    (row,) = run(home, "my_systems:Prints", subject=subject)
+    assert (
+        row["reason"].startswith(f"The system failed: ValueError: {subject}/s")
+        and "it is odd" in row["reason"]
+    )
+    texts = [path.read_text() for path in (home / "out").rglob("*") if path.is_file()]
+    assert not any("doe" in text.lower() for text in texts)
+    assert any(f"and {subject}" in text for text in texts)

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from types import SimpleNamespace
 
 import pytest
 from benchmark_case import MY_SYSTEMS
@@ -111,3 +112,10 @@ def test_packages_are_looked_up_by_their_names_for_pip(mine):
     with pytest.raises(InputError, match=r"pip install no-such-package-4711\[extra\]>=2"):
         require_packages(system)
     require_packages(load_system("my_systems:Mine"))
+
+
+def test_the_rigid_system_reads_a_camera_model_of_the_benchmark(tmp_path):
+    (tmp_path / "model.pt").write_bytes(b"none")
+    study = SimpleNamespace(ct=None, structures=None, anchor="pelvis")
+    with pytest.raises(InputError, match=r"model\.pt"):
+        load_system(SYSTEMS["rigid"]).load_model(study, tmp_path / "model.pt")

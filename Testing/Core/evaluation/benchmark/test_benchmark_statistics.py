@@ -140,3 +140,34 @@ def test_tables_are_one_per_data_set_and_views():
         ("drawn", "2x30", 1),
         ("drawn", "9x180", 1),
     ]
+
+
+def test_a_subject_is_compared_by_the_cases_that_both_systems_finished():
+    """The rival's second case is far harder, and ours failed on it: over the shared ones nothing differs."""
+    rows = []
+    for n in range(7):
+        rows += [row("polypose", f"s{n}", 0.8), row("b", f"s{n}", 0.8)]
+        rows += [{**row("b", f"s{n}", 0.2), "case": f"s{n}-second"}]
+        rows += [
+            {**row("polypose", f"s{n}", status="failed", reason="out of memory"), "case": f"s{n}-second"}
+        ]
+    (table,) = tables_of(rows)
+    (dice,) = (each for each in table.comparisons if each.column.measure == "Dice")
+    assert (dice.pairs, dice.differing, dice.p, dice.better) == (7, 0, None, False)
+
+
+def test_a_mean_over_fewer_cases_of_a_subject_has_no_rank():
+    """Both finished both cases, but one has a number of the easier one alone."""
+    hard = {**row("a", "s1", 0.3), "case": "s1-second"}
+    without = {**row("b", "s1", 0.5), "case": "s1-second"}
+    del without["scores"]["groups"]["bones"]["dice"]
+    rows = [
+        row("a", "s1", 0.9),
+        hard,
+        row("b", "s1", 0.9),
+        without,
+        row("c", "s1", 0.8),
+        {**hard, "system": "c"},
+    ]
+    (table,) = tables_of(rows)
+    assert table.best[DICE] == {"a"} and table.second[DICE] == {"c"}

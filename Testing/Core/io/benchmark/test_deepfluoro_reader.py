@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import SimpleITK as sitk
 from two_postures import moved, pixel_of, rigid, spot
 
 h5py = pytest.importorskip("h5py")
@@ -152,6 +153,17 @@ def _replaced(name, value):
     return change
 
 
+def _of_time(group, name):
+    """A dataset of a kind of number that NumPy does not have."""
+
+    def change(copy):
+        del copy[group][name]
+        kind, size = h5py.h5t.UNIX_D32LE, h5py.h5s.create_simple((3,))
+        h5py.h5d.create(copy[group].id, name.encode(), kind, size)
+
+    return change
+
+
 PELVIS = "17-1882/projections/009/gt-poses/cam-to-pelvis-vol"
 
 
@@ -166,6 +178,10 @@ PELVIS = "17-1882/projections/009/gt-poses/cam-to-pelvis-vol"
         (_replaced(PELVIS, rigid((1, 0, 0), 0, (9e3, 0, 0))), "CT's middle"),
         (_replaced("17-1882/vol/pixels", np.zeros((5, 5, 5), "f4")), "every voxel"),
         (_replaced("17-1882/vol/pixels", np.zeros((5, 5), "f4")), "dimensions"),
+        (_replaced("17-1882/vol/pixels", h5py.Empty("f4")), "no numbers"),
+        (_of_time("17-1882/vol", "spacing"), "no numbers"),
+        (_replaced("17-1882/vol-seg/image/pixels", np.full((5, 5, 5), 1.5)), "whole numbers"),
+        (_replaced("17-1882/vol-seg/image/pixels", np.full((5, 5, 5), 2**31, "u4")), "labels run from"),
         (_replaced("17-1882/vol-seg/image/origin", [[900.0]] * 3), "another grid"),
         (_replaced("17-1882/projections/009/image/pixels", np.zeros((9, 9), "f4")), "the detector"),
         (_replaced("17-1882/projections/009/image/pixels", np.ones((1536, 1536), "f4")), "no detector's intensities"),
@@ -228,3 +244,14 @@ def test_poses_are_not_unpickled(tmp_path):
     with pytest.raises(InputError, match="no file of tensors"):
         list(deepfluoro.cases(tmp_path, "subject01", []))
     assert not (tmp_path / "ran").exists()
+
+
+def test_a_mask_of_the_folder_that_is_no_label_map_is_told(tmp_path):
+    """Rounded silently, an image resampled smoothly would become other bones."""
+    replica.write_folder(tmp_path, frames=(9, 10))
+    mask = tmp_path / "subject01/mask.nii.gz"
+    image = sitk.Cast(sitk.ReadImage(str(mask)), sitk.sitkFloat32)
+    image[3, 4, 5] = 4.5
+    sitk.WriteImage(image, str(mask))
+    with pytest.raises(InputError, match=r"mask\.nii\.gz: its labels are not whole numbers"):
+        list(deepfluoro.cases(tmp_path, "subject01", []))

@@ -1,6 +1,7 @@
 """Head&Neck: a replica of both layouts, written by SimpleITK and pydicom, read end to end."""
 
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from two_postures import (
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark import headneck
+from PolyPoseLib.io.benchmark.dicom_patient import dicom_scans
 
 _ = plain_rendering
 
@@ -276,3 +278,15 @@ def test_another_patients_later_scan_is_refused(tmp_path):
     longer[(np.abs(k - 40) < 22) & (np.abs(j - 28) < 6) & (np.abs(i - 30) < 6)] = SKULL
     write_image(longer, affine, folder / "labels_2.nii.gz")
     assert "one patient" in _refusal(tmp_path)
+
+
+def test_a_ct_whose_slices_lie_in_two_folders_is_refused(archive, tmp_path):
+    """Half of its slices would be a shorter CT."""
+    shutil.copytree(archive, tmp_path / "data")
+    place = next((tmp_path / "data").rglob("2.000000-CT"))
+    (place / "more").mkdir()
+    slices = sorted(place.glob("*.dcm"))
+    for each in slices[len(slices) // 2 :]:
+        each.rename(place / "more" / each.name)
+    with pytest.raises(InputError, match="the slices of one CT lie in 2 folders"):
+        dicom_scans(tmp_path / "data/Miller_Anna", tmp_path / "data")

@@ -9,6 +9,7 @@ from two_postures import dice_of, pixel_of, plain_rendering
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark import simulated
+from PolyPoseLib.io.benchmark.places import subject_name
 from PolyPoseLib.io.benchmark.readers import READERS
 from PolyPoseLib.io.cases import write_case
 from PolyPoseLib.simulation.independent_projector import project
@@ -119,3 +120,15 @@ def test_links_out_of_the_root_are_refused(root, tmp_path):
 def test_every_reader_answers_to_its_name():
     assert set(READERS) == {"deepfluoro", "headneck", "thoraxcbct", "simulated"}
     assert all(reader.name == name and reader.default_views for name, reader in READERS.items())
+
+
+@pytest.mark.parametrize("name", ["case-doe", "case_john_doe", "head-smith", "Case-1", "simulated miller"])
+def test_names_of_folders_that_may_be_a_persons_are_not_shown(tmp_path, name):
+    assert subject_name(tmp_path / name, simulated._KNOWN) != name
+
+
+@pytest.mark.parametrize(
+    "name", ["case-1", "pelvis-12", "chest_breathing_3", "seed7", "head-neck-001", "case-b"]
+)
+def test_names_that_tell_nothing_of_a_person_stay(tmp_path, name):
+    assert subject_name(tmp_path / name, simulated._KNOWN) == name

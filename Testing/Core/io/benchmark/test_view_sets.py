@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.benchmark.readers import READERS
 from PolyPoseLib.io.benchmark.view_sets import HELD_OUT_DEGREES, PAPER_VIEWS, view_sets
 
 
@@ -32,3 +33,18 @@ def test_a_held_out_view_beside_a_given_one_or_its_opposite_is_dropped():
 def test_other_names_are_refused(views):
     with pytest.raises(InputError, match=r'such as "2x30"'):
         view_sets([views], "headneck")
+
+
+def test_every_reader_knows_its_own_views_and_no_others():
+    for reader in READERS.values():
+        assert all(reader.view_name(each) == each for each in reader.default_views)
+    assert READERS["deepfluoro"].view_name("010+9") == "10+9"
+    assert READERS["headneck"].view_name("02x30.0") == READERS["simulated"].view_name("2x030") == "2x30"
+    for name, views in (
+        ("deepfluoro", "2x30"),
+        ("deepfluoro", "9+9"),
+        ("headneck", "own"),
+        ("thoraxcbct", "2x999"),
+    ):
+        with pytest.raises(InputError, match=r"none|twice"):
+            READERS[name].view_name(views)
