@@ -40,7 +40,7 @@ OWN = "own"
 """Stands for the X-rays that the folder holds, noise and scatter included."""
 
 _WORDS = "case|seed|simulated|sim|pelvis|chest|thorax|head|neck|knee|breathing"
-_KNOWN = rf"(?:{_WORDS})(?:[-_]?(?:{_WORDS}|[0-9]{{1,6}}|[a-z])){{0,4}}"
+_KNOWN = rf"(?:{_WORDS})(?:[-_]?(?:{_WORDS}|[0-9]{{1,6}})|[-_][a-z](?![a-z])){{0,4}}"
 """Any other word may be a name: "case-doe"."""
 
 

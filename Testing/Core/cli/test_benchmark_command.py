@@ -81,7 +81,7 @@ def test_a_crash_is_a_row_and_the_other_system_has_its_scores(data, tmp_path):
         (["--methods", "polypos"], 'did you mean "polypose"'),
         (["--methods", "no_such_module:Mine"], 'there is no module "no_such_module"'),
         (["--subjects", "case-2"], 'did you mean "case-1"'),
-        (["--views", "2x"], '--views: simulated: the views "2x" are none'),
+        (["--views", "2x"], "--views: simulated: the views '2x' are none"),
         (["--views", "../2x30"], "are none: give a number of views"),
         (["--views", "own", "2x400"], "an arc of up to 360 degrees"),
         (["--views", "10+9"], "are none: give a number of views"),
