@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import os
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from PolyPoseLib import __version__
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.files import read_text
-from PolyPoseLib.io.json_records import json_text, parse_object
 from PolyPoseLib.io.locks import locked
-from PolyPoseLib.io.whole_files import replaced_whole
+from PolyPoseLib.io.marked_folders import FolderMark, require_parent, resolved_places
 
 MARK = "benchmark.json"
 """The file by which a folder is known to be a benchmark's."""
@@ -25,8 +21,7 @@ TABLES, FIGURES, FIELDS, PICTURES = "tables", "figures", "fields", "pictures"
 
 VERSION = 1
 
-_LEFT_OVER = re.compile(rf"\.DS_Store|\.([0-9a-f]{{8}}-)?{re.escape(MARK)}(\.polypose-lock)?")
-"""What a run that was killed before its mark was written leaves, and what macOS puts everywhere."""
+_MARK = FolderMark("benchmark", MARK, VERSION)
 
 
 @contextmanager
@@ -56,10 +51,7 @@ def opened_benchmark(folder: Path, dataset: str, data: Path, resume: bool) -> It
         data; or another run holds it.
 
     """
-    try:
-        target, source = folder.resolve(), data.resolve()
-    except RuntimeError as error:  # of Python before 3.13
-        raise InputError(f"{folder}: this link leads in a circle: choose another --output.") from error
+    target, source = resolved_places(folder, data)
     if target == source or target.is_relative_to(source) or source.is_relative_to(target):
         raise InputError(
             f"{folder}: the benchmark and its data {data} must lie beside each other: choose another --output."
@@ -67,9 +59,7 @@ def opened_benchmark(folder: Path, dataset: str, data: Path, resume: bool) -> It
     _require_place(folder, target, dataset, resume)
     with locked(target, str(folder)):
         target.mkdir(exist_ok=True)
-        with replaced_whole(target / MARK) as path:
-            fields = {"version": VERSION, "program": "PolyPose", "polypose": __version__, "dataset": dataset}
-            path.write_text(json_text(fields), encoding="utf-8")
+        _MARK.write(target, dataset=dataset)
         for each in (CASES, ROWS, LOGS):
             (target / each).mkdir(exist_ok=True)
         yield target
@@ -77,31 +67,17 @@ def opened_benchmark(folder: Path, dataset: str, data: Path, resume: bool) -> It
 
 def _require_place(folder: Path, target: Path, dataset: str, resume: bool) -> None:
     """Refuse what cannot be a benchmark's folder; raises InputError."""
-    if not target.parent.is_dir():
-        raise InputError(f"{folder}: the folder {target.parent} does not exist: make it first.")
-    if not target.exists():
+    require_parent(folder, target)
+    fields = _MARK.require_place(folder, target)
+    if fields is None:
         return
-    if not target.is_dir():
-        raise InputError(f"{folder}: this is a file: choose a folder for --output.")
-    if (target / MARK).is_file():
-        fields = parse_object(read_text(target / MARK, "a benchmark's folder"), str(folder / MARK))
-        if fields.get("program") != "PolyPose" or fields.get("version") != VERSION:
-            raise InputError(
-                f"{folder}: it is no benchmark's folder of this version: choose a new or empty folder."
-            )
-        if fields.get("dataset") != dataset:
-            raise InputError(
-                f"{folder}: it holds a benchmark of {fields.get('dataset')}, not of {dataset}: choose another --output."
-            )
-        if not resume:
-            raise InputError(
-                f"{folder}: it holds an earlier run: add --resume to go on with it, or choose a new or empty folder."
-            )
-        return
-    stranger = next((each for each in sorted(os.listdir(target)) if not _LEFT_OVER.fullmatch(each)), None)
-    if stranger is not None:
+    if fields.get("dataset") != dataset:
         raise InputError(
-            f'{folder}: the folder holds files that are no benchmark\'s ("{stranger}"): choose a new or empty folder.'
+            f"{folder}: it holds a benchmark of {fields.get('dataset')}, not of {dataset}: choose another --output."
+        )
+    if not resume:
+        raise InputError(
+            f"{folder}: it holds an earlier run: add --resume to go on with it, or choose a new or empty folder."
         )
 
 

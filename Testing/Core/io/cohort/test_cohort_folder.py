@@ -5,7 +5,7 @@ import os
 import pytest
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.cohort import cohort_folder
+from PolyPoseLib.io import marked_folders
 from PolyPoseLib.io.cohort.cohort_folder import opened_cohort
 
 
@@ -42,7 +42,7 @@ def test_the_mark_is_the_first_thing_in_it(tmp_path, source, monkeypatch):
         found.append(sorted(each.name for each in path.parent.iterdir()))
         raise Killed
 
-    monkeypatch.setattr(cohort_folder, "replaced_whole", write)
+    monkeypatch.setattr(marked_folders, "replaced_whole", write)
     with pytest.raises(Killed), opened_cohort(tmp_path / "out", source):
         pass
     assert found == [[]]
