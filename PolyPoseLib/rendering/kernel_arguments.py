@@ -39,3 +39,22 @@ class IndexRays(NamedTuple):
     def shape(self) -> tuple[int, int]:
         """Rows and columns of the part."""
         return self.rows, self.columns
+
+
+class PoseFrames(NamedTuple):
+    """What turns moments of index gradients into derivatives by the perturbations of S poses.
+
+    Attributes
+    ----------
+    to_index : (3, 3) array of float64
+        Moving mm to voxel indices.
+    start : (S, 3) array of float64
+        From the centre about which poses are perturbed to the source, moving mm.
+    turned : (S, 3, 3) array of float64
+        Takes (column, row, 1) to moving mm per mm of depth.
+
+    """
+
+    to_index: np.ndarray
+    start: np.ndarray
+    turned: np.ndarray

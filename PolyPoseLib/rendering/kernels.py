@@ -198,6 +198,62 @@ def _march(row, column, rays, tile_depths, low, high):
     return count, s, ds, x, y, z, sx, sy, sz
 
 
+@numba.njit(inline="always", fastmath=True)
+def line_integral(volume, size, row, column, rays, tile_depths):
+    """Line integral of a trilinear volume along the ray of a pixel, by the midpoint rule; see :func:`project`."""
+    depth, height, width = size
+    high = (width - 1.0, height - 1.0, depth - 1.0)
+    last_i, last_j, last_k = np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
+    next_j, next_k = np.int32(width), np.int32(width * height)
+    count, _s, _ds, x, y, z, sx, sy, sz = _march(row, column, rays, tile_depths, (0.0, 0.0, 0.0), high)
+    total = np.float32(0.0)
+    for n in range(count):
+        m = np.float32(n)
+        i, fx = _cell(x + m * sx, last_i)
+        j, fy = _cell(y + m * sy, last_j)
+        k, fz = _cell(z + m * sz, last_k)
+        total += _value(volume, _flat_index(i, j, k, next_j, next_k), next_j, next_k, fx, fy, fz)
+    return total * np.float32(rays.step_mm)
+
+
+@numba.njit(inline="always", fastmath=True)
+def line_moments(volume, size, row, column, rays, tile_depths):
+    """Line integrals along the ray of a pixel: of a volume, its gradient by index (3), and depth times that (3)."""
+    depth, height, width = size
+    high = (width - 1.0, height - 1.0, depth - 1.0)
+    last_i, last_j, last_k = np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
+    next_j, next_k = np.int32(width), np.int32(width * height)
+    count, s, ds, x, y, z, sx, sy, sz = _march(row, column, rays, tile_depths, (0.0, 0.0, 0.0), high)
+    total = np.float32(0.0)
+    gx, gy, gz = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+    hx, hy, hz = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+    for n in range(count):
+        m = np.float32(n)
+        i, fx = _cell(x + m * sx, last_i)
+        j, fy = _cell(y + m * sy, last_j)
+        k, fz = _cell(z + m * sz, last_k)
+        at = _flat_index(i, j, k, next_j, next_k)
+        value, tx, ty, tz = _value_and_gradient(volume, at, next_j, next_k, fx, fy, fz)
+        total += value
+        gx += tx
+        gy += ty
+        gz += tz
+        hx += m * tx
+        hy += m * ty
+        hz += m * tz
+    # the depth of sample n is s + n ds: folded in once a ray
+    weight, first, between = np.float32(rays.step_mm), np.float32(s), np.float32(ds)
+    return (
+        total * weight,
+        gx * weight,
+        gy * weight,
+        gz * weight,
+        (first * gx + between * hx) * weight,
+        (first * gy + between * hy) * weight,
+        (first * gz + between * hz) * weight,
+    )
+
+
 @compiled(parallel=True, fastmath=True)
 def project(volume, size, rays, near, far, image):
     """Line integrals of a trilinear volume by the midpoint rule.
@@ -216,22 +272,10 @@ def project(volume, size, rays, near, far, image):
         (rows, columns) float32 of zeros, filled.
 
     """
-    depth, height, width = size
     rows, columns = image.shape
-    low, high = (0.0, 0.0, 0.0), (width - 1.0, height - 1.0, depth - 1.0)
-    last_i, last_j, last_k = np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
-    next_j, next_k = np.int32(width), np.int32(width * height)
     for row in numba.prange(rows):
         for column in range(columns):
-            count, _s, _ds, x, y, z, sx, sy, sz = _march(row, column, rays, (near, far), low, high)
-            total = np.float32(0.0)
-            for n in range(count):
-                m = np.float32(n)
-                i, fx = _cell(x + m * sx, last_i)
-                j, fy = _cell(y + m * sy, last_j)
-                k, fz = _cell(z + m * sz, last_k)
-                total += _value(volume, _flat_index(i, j, k, next_j, next_k), next_j, next_k, fx, fy, fz)
-            image[row, column] = total * np.float32(rays.step_mm)
+            image[row, column] = line_integral(volume, size, row, column, rays, (near, far))
 
 
 @compiled(parallel=True, fastmath=True)
@@ -242,41 +286,13 @@ def project_with_moments(volume, size, rays, near, far, image, moments):
     of depth times that gradient (3): a rigid motion displaces a point of the ray linearly in its depth, so these six
     numbers give all six partial derivatives.
     """
-    depth, height, width = size
     rows, columns = image.shape
-    low, high = (0.0, 0.0, 0.0), (width - 1.0, height - 1.0, depth - 1.0)
-    last_i, last_j, last_k = np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
-    next_j, next_k = np.int32(width), np.int32(width * height)
-    weight = np.float32(rays.step_mm)
     for row in numba.prange(rows):
         for column in range(columns):
-            count, s, ds, x, y, z, sx, sy, sz = _march(row, column, rays, (near, far), low, high)
-            total = np.float32(0.0)
-            gx, gy, gz = np.float32(0.0), np.float32(0.0), np.float32(0.0)
-            hx, hy, hz = np.float32(0.0), np.float32(0.0), np.float32(0.0)
-            for n in range(count):
-                m = np.float32(n)
-                i, fx = _cell(x + m * sx, last_i)
-                j, fy = _cell(y + m * sy, last_j)
-                k, fz = _cell(z + m * sz, last_k)
-                at = _flat_index(i, j, k, next_j, next_k)
-                value, tx, ty, tz = _value_and_gradient(volume, at, next_j, next_k, fx, fy, fz)
-                total += value
-                gx += tx
-                gy += ty
-                gz += tz
-                hx += m * tx
-                hy += m * ty
-                hz += m * tz
-            # the depth of sample n is s + n ds: folded in once a ray
-            first, between = np.float32(s), np.float32(ds)
-            image[row, column] = total * weight
-            moments[row, column, 0] = gx * weight
-            moments[row, column, 1] = gy * weight
-            moments[row, column, 2] = gz * weight
-            moments[row, column, 3] = (first * gx + between * hx) * weight
-            moments[row, column, 4] = (first * gy + between * hy) * weight
-            moments[row, column, 5] = (first * gz + between * hz) * weight
+            line, gx, gy, gz, hx, hy, hz = line_moments(volume, size, row, column, rays, (near, far))
+            image[row, column] = line
+            moments[row, column, 0], moments[row, column, 1], moments[row, column, 2] = gx, gy, gz
+            moments[row, column, 3], moments[row, column, 4], moments[row, column, 5] = hx, hy, hz
 
 
 @compiled(parallel=True, fastmath=True)

@@ -24,7 +24,7 @@ class NumbaBackend:
 
         near, far = _depth_ranges(occupied, np.zeros(3), rays)
         image = np.zeros(rays.shape, np.float32)
-        volume, size = _flat(voxels), voxels.shape
+        volume, size = flat_voxels(voxels), voxels.shape
         if not moments:
             kernels.project(volume, size, rays, near, far, image)
             return image, None
@@ -42,13 +42,13 @@ class NumbaBackend:
         near, far = _depth_ranges(occupied, reach, rays)
         image = np.zeros(rays.shape, np.float32)
         kernels.project_warped(
-            _flat(voxels), voxels.shape, _flat(field.vectors), field.vectors.shape[:3], field.scale, field.offset,
+            flat_voxels(voxels), voxels.shape, flat_voxels(field.vectors), field.vectors.shape[:3], field.scale, field.offset,
             tuple(field.low), tuple(field.high), rays, near, far, image,
         )  # fmt: skip
         return image
 
 
-def _flat(values: np.ndarray) -> np.ndarray:
+def flat_voxels(values: np.ndarray) -> np.ndarray:
     """The values in one row, as the kernels take them.
 
     Raises ValueError for less than a cell along an axis, or more values than 32-bit indices can count: the kernels do

@@ -15,7 +15,9 @@ import numpy as np
 from PolyPoseLib.geometry.rigid import about, perturbation
 from PolyPoseLib.registration.articulations import Articulation
 from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm
-from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
+from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions
+from PolyPoseLib.registration.fit.lockstep import minimise_together
+from PolyPoseLib.registration.fit.many_poses import at_many_poses
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
 from PolyPoseLib.registration.fit.views import LevelViews, problem_of_one_bone
 from PolyPoseLib.registration.fit.weighting import dilated, mark_shown, reliability
@@ -146,11 +148,11 @@ def best_of(
     alone = problem_of_one_bone(problem, state, k, views)
     if alone is None:
         return None
-    first = [State.of_poses(start[None], len(alone.views)) for start in starts]
-    short = [minimise(alone, each, SolverOptions(SHORT)) for each in first]
-    best = sorted(short, key=lambda solution: solution.cost)[:KEPT]
-    final = [minimise(alone, solution.state, SolverOptions(iterations)) for solution in best]
-    return min(final, key=lambda solution: solution.cost).state.poses[0]
+    bone = at_many_poses(alone)
+    poses, costs = minimise_together(bone, np.stack(starts), SolverOptions(SHORT))
+    best = poses[np.argsort(costs, kind="stable")[:KEPT]]
+    poses, costs = minimise_together(bone, best, SolverOptions(iterations))
+    return poses[np.argmin(costs)]
 
 
 def _view_of_one_bone(

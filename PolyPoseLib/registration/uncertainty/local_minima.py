@@ -13,7 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from PolyPoseLib.geometry.rigid import about, perturbation, perturbation_between
-from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
+from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions
+from PolyPoseLib.registration.fit.lockstep import minimise_together
+from PolyPoseLib.registration.fit.many_poses import at_many_poses
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View, corrected
 from PolyPoseLib.registration.fit.refutation import is_refuted
 from PolyPoseLib.registration.fit.views import problem_of_one_bone
@@ -81,8 +83,9 @@ def _other_minima(
         return []
     found = State.of_poses(state.poses[k][None], len(alone.views))
     minima = []
-    for start in starts:
-        other = minimise(alone, found.with_pose(0, start), SolverOptions(ITERATIONS)).state
+    ends, _ = minimise_together(at_many_poses(alone), np.stack(starts), SolverOptions(ITERATIONS))
+    for end in ends:
+        other = found.with_pose(0, end)
         if not is_refuted(alone, found, other):
             minima.append(perturbation_between(found.poses[0], other.poses[0], body.centre))
     return minima
