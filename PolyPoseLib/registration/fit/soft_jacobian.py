@@ -6,6 +6,7 @@ import numpy as np
 
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.fit.soft_kernel_arguments import CosineTables, DisplacedTissue, SegmentedRays
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.rendering.rigid import Body
 
@@ -43,23 +44,41 @@ class SoftJacobian:
 
     def of_view(self, camera: Camera, correction: np.ndarray) -> np.ndarray:
         """(3 M, H, W) float32 1/mm, for a camera with its correction (4, 4); the modes' x, y, z follow each other."""
-        source, directions = _rays(camera, correction)
-        change = np.zeros((self.modes.count, 3, len(directions)), np.float32)
-        near, far = _depths(self.body, source, directions)
-        hit = far > near
-        if not hit.any():
-            return change.reshape(-1, camera.height, camera.width)
-        per_segment = max(1, round(SEGMENT_MM / self.size_mm))
-        first = float(near[hit].min())
-        segments = int(np.ceil((far[hit].max() - first) / (self.size_mm * per_segment)))
-        depths = first + (np.arange(segments * per_segment) + 0.5) * self.size_mm
-        for start in range(0, len(directions), RAYS_AT_ONCE):
-            rays = slice(start, start + RAYS_AT_ONCE)
-            crossed = (depths >= near[rays, None]) & (depths <= far[rays, None])
-            points = source + directions[rays, None] * depths[:, None]
+        rays = segmented_rays(self.body, camera, correction, self.size_mm)
+        changes = np.zeros((self.modes.count, 3, len(rays.near)), np.float32)
+        if (rays.far > rays.near).any():
+            self._fill(rays, changes)
+        return changes.reshape(-1, camera.height, camera.width)
+
+    def _fill(self, rays: SegmentedRays, changes: np.ndarray) -> None:
+        """Fill the derivatives (M, 3, P), by compiled loops where numba is installed."""
+        try:
+            from PolyPoseLib.registration.fit.soft_jacobian_kernel import add_changes
+        except ImportError:
+            self.fill_plainly(rays, changes)
+            return
+        tissue = DisplacedTissue(
+            np.linalg.inv(self.field.affine)[:3],
+            self.field.vectors,
+            self.freedom,
+            self.body.world_to_index[:3],
+            self.body.gradient,
+        )
+        add_changes(rays, tissue, CosineTables(self.modes.to_angles, self.modes.numbers), changes)
+
+    def fill_plainly(self, rays: SegmentedRays, changes: np.ndarray) -> None:
+        """Fill the derivatives (M, 3, P) without numba, by arrays over many rays."""
+        length = rays.step_mm * rays.per_segment
+        hit = rays.far > rays.near
+        segments = int(np.ceil((rays.far[hit].max() - rays.first) / length))
+        depths = rays.first + (np.arange(segments * rays.per_segment) + 0.5) * rays.step_mm
+        for start in range(0, len(rays.near), RAYS_AT_ONCE):
+            part = slice(start, start + RAYS_AT_ONCE)
+            crossed = (depths >= rays.near[part, None]) & (depths <= rays.far[part, None]) & hit[part, None]
+            points = rays.source + rays.directions[part, None] * depths[:, None]
             gradient = self._gradient(points.reshape(-1, 3), crossed.reshape(-1))
-            gradient = gradient.reshape(-1, per_segment, 3).sum(axis=1)
-            middles = points.reshape(-1, per_segment, 3).mean(axis=1)
+            gradient = gradient.reshape(-1, rays.per_segment, 3).sum(axis=1)
+            middles = points.reshape(-1, rays.per_segment, 3).mean(axis=1)
             used = np.flatnonzero(np.abs(gradient).max(axis=1) > NEGLIGIBLE)
             if not len(used):
                 continue
@@ -67,8 +86,7 @@ class SoftJacobian:
             begins = np.flatnonzero(np.diff(ray, prepend=-1))
             for axis in range(3):
                 parts = np.add.reduceat(values * gradient[used, axis, None], begins, axis=0)
-                change[:, axis, start + ray[begins]] = parts.T
-        return change.reshape(-1, camera.height, camera.width)
+                changes[:, axis, start + ray[begins]] = parts.T
 
     def _gradient(self, points: np.ndarray, crossed: np.ndarray) -> np.ndarray:
         """(N, 3) what a displacement of the sample at each fixed point (N, 3) does to its line integral, 1/mm."""
@@ -87,6 +105,16 @@ def _nearest(
     index = np.rint(points @ to_index[:3, :3].T + to_index[:3, 3]).astype(np.intp)
     i, j, k = np.clip(index, 0, np.array(shape[::-1]) - 1).T
     return k, j, i
+
+
+def segmented_rays(body: Body, camera: Camera, correction: np.ndarray, size_mm: float) -> SegmentedRays:
+    """The rays of all pixels through the box around a body, for a camera with its correction (4, 4)."""
+    source, directions = _rays(camera, correction)
+    near, far = _depths(body, source, directions)
+    hit = far > near
+    first = float(near[hit].min()) if hit.any() else 0.0
+    per_segment = max(1, round(SEGMENT_MM / size_mm))
+    return SegmentedRays(source, directions, near, far, first, size_mm, per_segment, NEGLIGIBLE)
 
 
 def _rays(camera: Camera, correction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -64,6 +64,14 @@ class SoftModes:
         """M."""
         return len(self.numbers)
 
+    @property
+    def to_angles(self) -> np.ndarray:
+        """(3, 4) takes LPS mm to the angles (rad) along i, j, k of which a mode's cosines take multiples."""
+        spacing, edges = np.linalg.norm(self.affine[:3, :3], axis=0), _edges(self.affine, self.shape)
+        to_angles = np.linalg.inv(self.affine)[:3] * (np.pi * spacing / edges)[:, None]
+        to_angles[:, 3] += np.pi * LENGTH_MM / 2 / edges
+        return to_angles
+
     def at(self, points: np.ndarray) -> np.ndarray:
         """Values (N, M) float32 of the modes at points (N, 3) LPS mm."""
         inverse = np.linalg.inv(self.affine)

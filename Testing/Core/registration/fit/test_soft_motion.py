@@ -9,9 +9,10 @@ from quiet_run import quiet_run
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from PolyPoseLib.data.volume import hounsfield_to_attenuation
+from PolyPoseLib.geometry.rigid import perturbation
 from PolyPoseLib.registration.fit import soft_motion
 from PolyPoseLib.registration.fit.levels import Level, Observation
-from PolyPoseLib.registration.fit.soft_jacobian import SoftJacobian
+from PolyPoseLib.registration.fit.soft_jacobian import SoftJacobian, segmented_rays
 from PolyPoseLib.registration.fit.soft_motion import fit_soft_motion
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.scene import Scene
@@ -97,6 +98,24 @@ def test_its_derivative_is_that_of_the_rendering(scene, patient, cameras, seed):
     # It takes the nearest voxel's gradient, and modes at the middles of 12 mm.
     assert np.corrcoef(numeric.ravel(), analytic.ravel())[0, 1] > 0.9
     assert (numeric * analytic).sum() / (analytic**2).sum() == pytest.approx(1, abs=0.15)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_compiled_loops_give_the_same_derivative_as_arrays(scene, cameras, seed):
+    pytest.importorskip("numba")
+    soft, rng = quiet_run(scene).soft_tissue, np.random.default_rng(seed)
+    coefficients = 0.3 * rng.normal(size=(soft.modes.count, 3)) * np.sqrt(soft.modes.variances)[:, None]
+    following = soft.following(scene.rest_poses)
+    field = soft.with_motion(coefficients).moved(following)
+    jacobian = SoftJacobian(soft, field, soft.freedom(following), 6.0)
+    camera, correction = cameras[seed % 2].binned(3), perturbation(rng.normal(0, [0.05] * 3 + [5.0] * 3))
+    compiled = jacobian.of_view(camera, correction)
+    plain = np.zeros((soft.modes.count, 3, camera.height * camera.width), np.float32)
+    jacobian.fill_plainly(segmented_rays(jacobian.body, camera, correction, 6.0), plain)
+    difference = np.abs(compiled.reshape(plain.shape) - plain)
+    largest = np.abs(plain).max()
+    assert np.quantile(difference, 0.999) < 1e-4 * largest
+    assert difference.max() < 0.05 * largest  # a sample between two voxels may take either
 
 
 @pytest.mark.parametrize("beyond_mm", [10.0, 30.0, 400.0])
