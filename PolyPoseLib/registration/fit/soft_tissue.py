@@ -25,6 +25,9 @@ FIELD_MM = 8.0
 MARGIN_MM = 30.0
 """Room around the CT for tissue that moves out of it."""
 
+FIELDS_KEPT = 4
+"""Fields of the latest poses: one level after another, and their checks, begin with the same ones."""
+
 ATTACHED_MM = 15.0
 """Distance from the nearest bone at which half of the displacement beside the bones' own is left; bones have none."""
 
@@ -61,6 +64,7 @@ class SoftTissue:
         affine, shape = scene.ct_affine, scene.structures.labels.shape
         self._grid = covering_grid(affine, shape, FIELD_MM, MARGIN_MM)
         self._maps: list[DistanceMaps] = []
+        self._followed: dict[bytes, DisplacementField] = {}
         self.modes = SoftModes.covering(*self._grid)
         self.coefficients: np.ndarray | None = None
         self._equations: MotionEquations | None = None
@@ -112,9 +116,16 @@ class SoftTissue:
         return self.moved(self.following(poses))
 
     def following(self, poses: np.ndarray) -> DisplacementField:
-        """The part of :meth:`coarse_field` that follows the bones."""
-        affine, shape = self._grid
-        return displacement_field(self.warp(self._distances()[0], poses), affine, shape)
+        """The part of :meth:`coarse_field` that follows the bones; not to be written to."""
+        key = poses.tobytes()
+        if key not in self._followed:
+            if len(self._followed) >= FIELDS_KEPT:
+                self._followed.pop(next(iter(self._followed)))
+            affine, shape = self._grid
+            field = displacement_field(self.warp(self._distances()[0], poses), affine, shape)
+            field.vectors.flags.writeable = False
+            self._followed[key] = field
+        return self._followed[key]
 
     def moved(self, field: DisplacementField, freedom: np.ndarray | None = None) -> DisplacementField:
         """A field that follows the bones, with the motion beside it; freedom: its, where it is known already."""
