@@ -110,8 +110,18 @@ def jacobian_determinant(field: DisplacementField) -> np.ndarray:
         raise InputError(
             f"A displacement field of {field.shape} nodes has no Jacobian: give 2 or more per axis."
         )
-    axes = field.affine[:3, :3]
+    axes = np.ascontiguousarray(field.affine[:3, :3], np.float64)
     determinant = np.empty(field.shape, dtype=np.float32)
+    try:
+        from PolyPoseLib.warp.determinant_kernel import fill_determinants
+    except ImportError:
+        return _determinant_in_slabs(field, axes, determinant)
+    fill_determinants(np.require(field.vectors, np.float32, ["C", "W"]), axes, determinant)
+    return determinant
+
+
+def _determinant_in_slabs(field: DisplacementField, axes: np.ndarray, determinant: np.ndarray) -> np.ndarray:
+    """:func:`jacobian_determinant` without numba; fills and returns ``determinant``."""
     last = field.shape[0]
     for slab in _slabs(field.shape):
         low, high = max(slab.start - 1, 0), min(slab.stop + 1, last)

@@ -9,11 +9,12 @@ import numpy as np
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
-from PolyPoseLib.registration.fit.problem import RigidProblem, State, corrected
+from PolyPoseLib.registration.fit.problem import RigidProblem, State, View, corrected
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.fit.weighting import dilated, projection_mask, robust_weight
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.rendering.rigid import footprint
 
 REACH_MM, FINE_REACH_MM = 12.0, 4.0
 """The X-ray counts this far around the anchor, at coarse levels and at fine ones: soft tissue beside it has moved, and
@@ -25,6 +26,9 @@ COARSE_MM = 3.0
 BESIDE_MOVED_MM, LEAST_ANCHOR = 6.0, 0.4
 """Moving bones are masked with this margin, for they are not where the CT has them, as long as this share of the anchor
 remains."""
+
+ROOM_MM = 40.0
+"""The anchor may project this much farther off than where it does at the start of a level."""
 
 BEAM_STEPS_MM = (16.0, 8.0, 4.0)
 """Steps along the beam, long ones first, with which a camera's distance is searched."""
@@ -62,6 +66,7 @@ def find_camera(run: Run, observation: Observation, levels: Sequence[Level]) -> 
 def _refine(run: Run, observation: Observation, level: Level, done: int, total: int) -> Camera:
     """One level; done, total: iterations of the levels before and of all."""
     views = LevelViews(run, [observation], level)
+    views.views = [around_anchor(run.scene, views)]
     problem, bones = views.whole_ct(free_cameras=[(0,)]), views.structures()
 
     def weigh(state: State) -> None:
@@ -78,6 +83,19 @@ def _refine(run: Run, observation: Observation, level: Level, done: int, total: 
     start = slid_along_beam(problem, start)
     solution = minimise(problem, start, SolverOptions(level.iterations), before_step)
     return corrected(observation.camera, solution.state.corrections[0])
+
+
+def around_anchor(scene: Scene, views: LevelViews) -> View:
+    """The part of the only view that can count while its camera is refined; the whole where the anchor is not seen."""
+    view = views.views[0]
+    body = scene.bodies(views.level.size_mm)[scene.anchor]
+    room = round((REACH_MM + ROOM_MM) / pixel_size_mm(view.camera, scene.anchor_centre))
+    row0, row1, column0, column1 = footprint(body, view.camera, np.eye(4))
+    if row0 >= row1 or column0 >= column1:
+        return view
+    near = np.zeros(view.weight.shape, bool)
+    near[max(row0 - room, 0) : row1 + room, max(column0 - room, 0) : column1 + room] = True
+    return view.cropped_around(near)
 
 
 def anchor_region(scene: Scene, bones: RigidProblem, state: State, view_index: int) -> np.ndarray:

@@ -59,10 +59,14 @@ class View:
 
         Costs and their derivatives are those of the whole. There must be a pixel that counts.
         """
+        return self.cropped_around(self.weight > 0)
+
+    def cropped_around(self, pixels: np.ndarray) -> View:
+        """The part of the view that holds pixels (H, W) bool, at least one, and the patches around them."""
         margin = self.contrast.size // 2
         rows, columns = (
             slice(max(int(used[0]) - margin, 0), int(used[-1]) + margin + 1)
-            for used in (np.flatnonzero((self.weight > 0).any(axis=axis)) for axis in (1, 0))
+            for used in (np.flatnonzero(pixels.any(axis=axis)) for axis in (1, 0))
         )
         height, width = self.weight[rows, columns].shape
         camera = self.camera.cropped(rows.start, rows.start + height, columns.start, columns.start + width)
@@ -73,6 +77,7 @@ class View:
             self.static[rows, columns],
             self.weight[rows, columns],
             np.broadcast_to(self.noise_share, self.weight.shape)[rows, columns],
+            self.expected,
         )
 
 

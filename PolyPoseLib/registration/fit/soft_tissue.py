@@ -122,9 +122,7 @@ class SoftTissue:
             if len(self._followed) >= FIELDS_KEPT:
                 self._followed.pop(next(iter(self._followed)))
             affine, shape = self._grid
-            field = displacement_field(self.warp(self._distances()[0], poses), affine, shape)
-            field.vectors.flags.writeable = False
-            self._followed[key] = field
+            self._followed[key] = displacement_field(self.warp(self._distances()[0], poses), affine, shape)
         return self._followed[key]
 
     def moved(self, field: DisplacementField, freedom: np.ndarray | None = None) -> DisplacementField:

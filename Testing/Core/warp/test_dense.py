@@ -1,5 +1,7 @@
 """Warps on grids: fields against points, inverses, Jacobians, resampling against SimpleITK."""
 
+import sys
+
 import numpy as np
 import pytest
 import SimpleITK as sitk
@@ -109,6 +111,17 @@ def test_determinant_of_a_linear_map(affine_of, seed):
     assert np.abs(jacobian_determinant(field) - np.linalg.det(matrix)).max() < 1e-4
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_determinant_is_the_same_with_and_without_compiled_loops(affine_of, seed):
+    pytest.importorskip("numba")
+    rng = np.random.default_rng(seed)
+    shape = tuple(int(n) for n in rng.integers(2, 12, 3))
+    field = DisplacementField(rng.normal(0, 2, (*shape, 3)), affine_of(seed))
+    axes = np.ascontiguousarray(field.affine[:3, :3])
+    plain = dense._determinant_in_slabs(field, axes, np.empty(shape, np.float32))
+    np.testing.assert_allclose(jacobian_determinant(field), plain, rtol=1e-4, atol=1e-4)
+
+
 def test_determinant_agrees_with_the_warps_own(bones):
     warp = bones.warp("fixed", "epsilon")
     field = displacement_field(warp, bones.affine, bones.ct.shape)
@@ -129,6 +142,7 @@ def test_slabs_do_not_show(affine_of, monkeypatch):
         warp_labels(labels, field).voxels,
     ]
     monkeypatch.setattr(dense, "VOXELS_PER_SLAB", 400)
+    monkeypatch.setitem(sys.modules, "PolyPoseLib.warp.determinant_kernel", None)  # as without numba
     parts = [
         jacobian_determinant(field),
         warp_volume(volume, field).voxels,
