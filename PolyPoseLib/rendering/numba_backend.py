@@ -42,8 +42,8 @@ class NumbaBackend:
         near, far = _depth_ranges(occupied, reach, rays)
         image = np.zeros(rays.shape, np.float32)
         kernels.project_warped(
-            flat_voxels(voxels), voxels.shape, flat_voxels(field.vectors), field.vectors.shape[:3], field.scale, field.offset,
-            tuple(field.low), tuple(field.high), rays, near, far, image,
+            flat_voxels(voxels), voxels.shape, flat_voxels(field.vectors), field.vectors.shape[:3],
+            field.scale, field.offset, tuple(field.low), tuple(field.high), rays, near, far, image,
         )  # fmt: skip
         return image
 

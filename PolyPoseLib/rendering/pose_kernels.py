@@ -5,7 +5,6 @@ surrounds the rays. Here all poses are rendered at once, each inside its own win
 """
 
 import numba
-import numpy as np
 
 from PolyPoseLib.compiled import compiled
 from PolyPoseLib.rendering.kernel_arguments import IndexRays
