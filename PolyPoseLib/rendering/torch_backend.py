@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import torch
 from torch import Tensor
+from torch.nn.functional import grid_sample
 
 from PolyPoseLib.rendering.backend import IndexField
 from PolyPoseLib.rendering.kernel_arguments import IndexRays
 from PolyPoseLib.rendering.occupancy import OccupiedBlocks
-
-SAMPLES_PER_CHUNK = 1 << 20
-"""Ray samples held at once on a CPU; about 100 bytes each."""
-
-SAMPLES_PER_CUDA_CHUNK = 1 << 24
+from PolyPoseLib.rendering.torch_rays import Bundle, ImageRays, bundle, depth_ranges
 
 
 class TorchBackend:
-    """Same sums as the numba kernels, vectorised over a chunk of rays.
+    """Same sums as the numba kernels, vectorised over many rays.
 
     Volumes are copied to the device once and kept while they live.
     """
@@ -34,44 +29,68 @@ class TorchBackend:
         self, voxels: np.ndarray, rays: IndexRays, moments: bool, occupied: OccupiedBlocks | None = None
     ) -> tuple[np.ndarray, np.ndarray | None]:
         """See :class:`PolyPoseLib.rendering.backend.Backend`."""
-        volume = self._on_device(voxels)
+        images, sums = self.sums(voxels, self.image_rays(rays), moments, occupied)
+        image = images[0].cpu().numpy()
+        return image, None if sums is None else sums[0].cpu().numpy()
+
+    def sums(
+        self, voxels: np.ndarray, rays: ImageRays, moments: bool, occupied: OccupiedBlocks | None = None
+    ) -> tuple[Tensor, Tensor | None]:
+        """Line integrals (S, rows, columns) of a volume in S images, and their moments (S, rows, columns, 6).
+
+        As :meth:`project`, on the device.
+        """
+        volume = self.on_device(voxels)
         high = torch.tensor(voxels.shape[::-1], dtype=torch.float64, device=self.device) - 1
-        lines, sums = [], []
-        for points, depth, inside in self._samples(rays, torch.zeros_like(high), high):
-            value, gradient = _interpolate(volume, points, moments)
-            lines.append((value * inside).sum(1))
-            if gradient is not None:
-                gradient = gradient * inside[..., None]
-                by_depth = (gradient * depth[..., None]).sum(1)
-                sums.append(torch.cat([gradient.sum(1), by_depth], dim=1))
-        image = (torch.cat(lines) * rays.step_mm).reshape(rays.shape).cpu().numpy()
+        found = bundle(rays, torch.zeros_like(high), high, *self._seen(occupied, np.zeros(3), rays))
+        shape = (len(rays.source), rays.rows, rays.columns)
+        image = torch.zeros(shape[0] * shape[1] * shape[2], device=self.device)
         if not moments:
-            return image, None
-        return image, (torch.cat(sums) * rays.step_mm).reshape(*rays.shape, 6).cpu().numpy()
+            image[found.pixel] = _line_sums(volume, found) * rays.step_mm
+            return image.reshape(shape), None
+        sums = torch.zeros((len(image), 6), device=self.device)
+        line, own = _moments(volume, found)
+        image[found.pixel], sums[found.pixel] = line * rays.step_mm, own * rays.step_mm
+        return image.reshape(shape), sums.reshape(*shape, 6)
 
     def project_warped(
         self, voxels: np.ndarray, field: IndexField, rays: IndexRays, occupied: OccupiedBlocks | None = None
     ) -> np.ndarray:
         """See :class:`PolyPoseLib.rendering.backend.Backend`."""
-        volume = self._on_device(voxels)
-        vectors = torch.as_tensor(field.vectors, device=self.device)
+        volume, own = self.on_device(voxels), self.image_rays(rays)
         low, high, scale, offset = (
             torch.as_tensor(value, dtype=torch.float64, device=self.device)
             for value in (field.low, field.high, field.scale, field.offset)
         )
-        top = torch.tensor(field.vectors.shape[2::-1], device=self.device) - 1.001
-        end = torch.tensor(voxels.shape[::-1], device=self.device) - 1
-        lines = []
-        for points, _, inside in self._samples(rays, low, high):
-            place = points * scale.float() + offset.float()
-            place = torch.minimum(place.clamp(min=0), top.float())
-            moved = points + _interpolate_vectors(vectors, place)
-            within = inside * ((moved > 0) & (moved < end)).all(-1)
-            value, _ = _interpolate(volume, torch.minimum(moved.clamp(min=0), end.float()), False)
-            lines.append((value * within).sum(1))
-        return (torch.cat(lines) * rays.step_mm).reshape(rays.shape).cpu().numpy()
+        reach = np.abs(field.vectors).reshape(-1, 3).max(axis=0)
+        found = bundle(own, low, high, *self._seen(occupied, reach, own))
+        vectors = torch.as_tensor(field.vectors, device=self.device).permute(3, 0, 1, 2)[None]
+        to_field = _normalising(vectors.shape[2:], scale, offset)
+        to_volume = _normalising(volume.shape, torch.ones_like(scale), torch.zeros_like(offset))
+        image = torch.zeros(own.rows * own.columns, device=self.device)
+        for part, number, counts in found.chunks():
+            points = found.points(part, number)
+            place = (points * to_field[0] + to_field[1])[None, None]
+            moved = grid_sample(vectors, place, padding_mode="border", align_corners=True)[0, :, 0]
+            points = points + moved.permute(1, 2, 0)
+            value = _values(volume, points * to_volume[0] + to_volume[1])
+            image[found.pixel[part]] = (value * counts).sum(1) * own.step_mm
+        return image.reshape(rays.shape).cpu().numpy()
 
-    def _on_device(self, voxels: np.ndarray) -> Tensor:
+    def image_rays(self, rays: IndexRays) -> ImageRays:
+        """The rays of one image on the device."""
+        directions = np.stack([rays.per_column, rays.per_row, rays.corner], axis=1)
+        return ImageRays(
+            self._exact(rays.source)[None],
+            self._exact(directions)[None],
+            self._exact(rays.inverse_intrinsics),
+            rays.rows,
+            rays.columns,
+            rays.step_mm,
+        )
+
+    def on_device(self, voxels: np.ndarray) -> Tensor:
+        """A volume, copied once."""
         known = self._resident.get(id(voxels))
         if known is None or known[0] is not voxels:
             if len(self._resident) > 64:
@@ -80,36 +99,59 @@ class TorchBackend:
             self._resident[id(voxels)] = known
         return known[1]
 
-    def _samples(self, rays: IndexRays, low: Tensor, high: Tensor) -> Iterator[tuple[Tensor, Tensor, Tensor]]:
-        """Yield (rays, samples, 3) index points, their depth and whether they count, in chunks of rays."""
-        to_device = {"dtype": torch.float64, "device": self.device}
-        source, corner, per_column, per_row = (
-            torch.as_tensor(v, **to_device) for v in (rays.source, rays.corner, rays.per_column, rays.per_row)
-        )
-        inverse = torch.as_tensor(rays.inverse_intrinsics, **to_device)
-        row, column = torch.meshgrid(
-            torch.arange(rays.shape[0], **to_device), torch.arange(rays.shape[1], **to_device), indexing="ij"
-        )
-        row, column = row.reshape(-1, 1), column.reshape(-1, 1)
-        direction = corner + column * per_column + row * per_row
-        pixel = torch.cat([column, row, torch.ones_like(row)], dim=1) @ inverse.T
-        ds = rays.step_mm / pixel.norm(dim=1)
-        safe = torch.where(direction.abs() < 1e-12, torch.full_like(direction, 1e-12), direction)
-        first, second = (low - source) / safe, (high - source) / safe
-        near = torch.minimum(first, second).amax(1).clamp(min=0)
-        far = torch.maximum(first, second).amin(1)
-        start = torch.ceil(near / ds - 0.5)
-        count = (torch.floor(far / ds - 0.5) - start + 1).clamp(min=0)
-        limit = SAMPLES_PER_CUDA_CHUNK if self.device.type == "cuda" else SAMPLES_PER_CHUNK
-        most = int(count.max()) if len(count) else 0
-        size = max(1, limit // max(most, 1))
-        for begin in range(0, len(count), size):
-            part = slice(begin, begin + size)
-            number = torch.arange(max(int(count[part].max()), 1), **to_device)
-            depth = (start[part, None] + 0.5 + number) * ds[part, None]
-            inside = (number < count[part, None]).float()
-            points = source + depth[..., None] * direction[part, None]
-            yield torch.minimum(torch.maximum(points, low), high).float(), depth.float(), inside
+    def _seen(
+        self, occupied: OccupiedBlocks | None, reach: np.ndarray, rays: ImageRays
+    ) -> tuple[Tensor, Tensor]:
+        """Depths (S, rows, columns) between which anything is to be seen; reach: (3,) of displacements, in indices."""
+        finite = bool(torch.isfinite(rays.directions).all() and torch.isfinite(rays.source).all())
+        if occupied is None or not finite or not len(occupied.centres):
+            shape = (len(rays.source), rays.rows, rays.columns)
+            near = torch.zeros(shape, dtype=torch.float64, device=self.device)
+            return near, torch.full_like(near, torch.inf if occupied is None or not finite else -1.0)
+        half_edges = self._exact(occupied.half_edge + reach)
+        return depth_ranges(self._exact(occupied.centres), half_edges, rays)
+
+    def _exact(self, values: np.ndarray) -> Tensor:
+        return torch.as_tensor(np.asarray(values, np.float64), device=self.device)
+
+
+def _normalising(shape: tuple[int, ...], scale: Tensor, offset: Tensor) -> tuple[Tensor, Tensor]:
+    """Factor and shift (3,) float32 that take volume indices to grid_sample's -1 .. 1 along (i, j, k)."""
+    last = torch.tensor(tuple(shape)[::-1], dtype=torch.float64, device=scale.device) - 1
+    return (2 * scale / last).float(), (2 * offset / last - 1).float()
+
+
+def _values(volume: Tensor, places: Tensor) -> Tensor:
+    """(r, n) trilinear values of a volume (D, H, W) at places (r, n, 3) from -1 to 1; 0 beyond."""
+    found = grid_sample(volume[None, None], places[None, None], padding_mode="zeros", align_corners=True)
+    return found[0, 0, 0]
+
+
+def _line_sums(volume: Tensor, rays: Bundle) -> Tensor:
+    """(R,) sums of a volume's values over each ray's samples."""
+    unit = torch.ones(3, dtype=torch.float64, device=volume.device)
+    scale, shift = _normalising(volume.shape, unit, 0 * unit)
+    first, step = rays.first * scale + shift, rays.step * scale
+    sums = torch.empty(len(first), device=volume.device)
+    for part, number, counts in rays.chunks():
+        places = torch.addcmul(first[part, None], number[:, None], step[part, None])
+        sums[part] = (_values(volume, places) * counts).sum(1)
+    return sums
+
+
+def _moments(volume: Tensor, rays: Bundle) -> tuple[Tensor, Tensor]:
+    """(R,) sums of values, and (R, 6) of gradients by index and of depth times these, over each ray's samples."""
+    lines, sums = (
+        torch.empty(len(rays.count), device=volume.device),
+        torch.empty((len(rays.count), 6), device=volume.device),
+    )
+    for part, number, counts in rays.chunks():
+        value, gradient = _interpolate(volume, rays.points(part, number))
+        gradient = gradient * counts[..., None]
+        depth = rays.depth[part, None] + number * rays.spacing[part, None]
+        lines[part] = (value * counts).sum(1)
+        sums[part, :3], sums[part, 3:] = gradient.sum(1), (gradient * depth[..., None]).sum(1)
+    return lines, sums
 
 
 def _corner(points: Tensor, size: tuple[int, ...]) -> tuple[Tensor, Tensor]:
@@ -119,7 +161,7 @@ def _corner(points: Tensor, size: tuple[int, ...]) -> tuple[Tensor, Tensor]:
     return corner, points - corner
 
 
-def _interpolate(volume: Tensor, points: Tensor, gradient: bool) -> tuple[Tensor, Tensor | None]:
+def _interpolate(volume: Tensor, points: Tensor) -> tuple[Tensor, Tensor]:
     """Trilinear values at (..., 3) index points (i, j, k), and the interpolant's own gradient (..., 3)."""
     corner, fraction = _corner(points, tuple(volume.shape))
     stride_k, stride_j = volume.shape[1] * volume.shape[2], volume.shape[2]
@@ -135,24 +177,6 @@ def _interpolate(volume: Tensor, points: Tensor, gradient: bool) -> tuple[Tensor
     c00, c01, c10, c11 = (a + fx * step for (a, _), step in zip(edges, steps, strict=True))
     c0, c1 = c00 + fy * (c01 - c00), c10 + fy * (c11 - c10)
     value = c0 + fz * (c1 - c0)
-    if not gradient:
-        return value, None
     e0, e1 = steps[0] + fy * (steps[1] - steps[0]), steps[2] + fy * (steps[3] - steps[2])
     by_y = (c01 - c00) + fz * ((c11 - c10) - (c01 - c00))
     return value, torch.stack([e0 + fz * (e1 - e0), by_y, c1 - c0], dim=-1)
-
-
-def _interpolate_vectors(vectors: Tensor, points: Tensor) -> Tensor:
-    """Trilinear vectors (..., 3) of a (d, h, w, 3) field at (..., 3) grid coordinates."""
-    corner, fraction = _corner(points, tuple(vectors.shape[:3]))
-    stride_k, stride_j = vectors.shape[1] * vectors.shape[2], vectors.shape[2]
-    base = corner[..., 2] * stride_k + corner[..., 1] * stride_j + corner[..., 0]
-    flat = vectors.reshape(-1, 3)
-    total = torch.zeros_like(points)
-    for dz in (0, 1):
-        for dy in (0, 1):
-            for dx in (0, 1):
-                part = [fraction[..., a] if d else 1 - fraction[..., a] for a, d in enumerate((dx, dy, dz))]
-                weight = part[0] * part[1] * part[2]
-                total += weight[..., None] * flat[base + dz * stride_k + dy * stride_j + dx]
-    return total

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from PolyPoseLib.registration.fit.device_poses import DevicePoses
 from PolyPoseLib.registration.fit.lockstep import ManyPoses, Normals
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
 from PolyPoseLib.rendering.numba_backend import NumbaBackend
 from PolyPoseLib.rendering.pose_images import PoseImages, project_poses
+from PolyPoseLib.rendering.torch_backend import TorchBackend
 from PolyPoseLib.similarity.contrast_kernel_arguments import ContrastView
 
 
@@ -22,11 +24,13 @@ def at_many_poses(problem: RigidProblem) -> ManyPoses:
     Returns
     -------
     ManyPoses
-        By compiled loops where the problem's renderer has them, else pose by pose.
+        By compiled loops or on torch's device, as the problem's renderer has it; else pose by pose.
 
     """
     if isinstance(problem.backend, NumbaBackend):
         return _Together(problem)
+    if isinstance(problem.backend, TorchBackend):
+        return DevicePoses(problem, problem.backend)
     return _OneByOne(problem)
 
 
