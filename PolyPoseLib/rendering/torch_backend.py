@@ -10,7 +10,8 @@ from torch.nn.functional import grid_sample
 from PolyPoseLib.rendering.backend import IndexField
 from PolyPoseLib.rendering.kernel_arguments import IndexRays
 from PolyPoseLib.rendering.occupancy import OccupiedBlocks
-from PolyPoseLib.rendering.torch_rays import Bundle, ImageRays, bundle, depth_ranges
+from PolyPoseLib.rendering.torch_atlas import Atlas, all_moments
+from PolyPoseLib.rendering.torch_rays import Blocks, Bundle, ImageRays, bundle, depth_ranges
 
 
 class TorchBackend:
@@ -40,18 +41,14 @@ class TorchBackend:
 
         As :meth:`project`, on the device.
         """
-        volume = self.on_device(voxels)
-        high = torch.tensor(voxels.shape[::-1], dtype=torch.float64, device=self.device) - 1
+        volume, count = self.on_device(voxels), len(rays.source)
+        high = self._exact(np.array(voxels.shape[::-1]) - 1).expand(count, 3)
         found = bundle(rays, torch.zeros_like(high), high, *self._seen(occupied, np.zeros(3), rays))
-        shape = (len(rays.source), rays.rows, rays.columns)
-        image = torch.zeros(shape[0] * shape[1] * shape[2], device=self.device)
-        if not moments:
-            image[found.pixel] = _line_sums(volume, found) * rays.step_mm
-            return image.reshape(shape), None
-        sums = torch.zeros((len(image), 6), device=self.device)
-        line, own = _moments(volume, found)
-        image[found.pixel], sums[found.pixel] = line * rays.step_mm, own * rays.step_mm
-        return image.reshape(shape), sums.reshape(*shape, 6)
+        if moments:
+            return all_moments(Atlas.of([volume]), torch.zeros_like(found.image), found, rays)
+        image = torch.zeros(count * rays.rows * rays.columns, device=self.device)
+        image[found.pixel] = _line_sums(volume, found) * rays.step_mm
+        return image.reshape(count, rays.rows, rays.columns), None
 
     def project_warped(
         self, voxels: np.ndarray, field: IndexField, rays: IndexRays, occupied: OccupiedBlocks | None = None
@@ -63,7 +60,7 @@ class TorchBackend:
             for value in (field.low, field.high, field.scale, field.offset)
         )
         reach = np.abs(field.vectors).reshape(-1, 3).max(axis=0)
-        found = bundle(own, low, high, *self._seen(occupied, reach, own))
+        found = bundle(own, low[None], high[None], *self._seen(occupied, reach, own))
         vectors = torch.as_tensor(field.vectors, device=self.device).permute(3, 0, 1, 2)[None]
         to_field = _normalising(vectors.shape[2:], scale, offset)
         to_volume = _normalising(volume.shape, torch.ones_like(scale), torch.zeros_like(offset))
@@ -83,7 +80,7 @@ class TorchBackend:
         return ImageRays(
             self._exact(rays.source)[None],
             self._exact(directions)[None],
-            self._exact(rays.inverse_intrinsics),
+            self._exact(rays.inverse_intrinsics)[None],
             rays.rows,
             rays.columns,
             rays.step_mm,
@@ -108,8 +105,10 @@ class TorchBackend:
             shape = (len(rays.source), rays.rows, rays.columns)
             near = torch.zeros(shape, dtype=torch.float64, device=self.device)
             return near, torch.full_like(near, torch.inf if occupied is None or not finite else -1.0)
-        half_edges = self._exact(occupied.half_edge + reach)
-        return depth_ranges(self._exact(occupied.centres), half_edges, rays)
+        count, centres = len(rays.source), self._exact(occupied.centres)
+        half_edges = self._exact(occupied.half_edge + reach).expand(count * len(centres), 3)
+        image = torch.arange(count, device=self.device).repeat_interleave(len(centres))
+        return depth_ranges(Blocks(image, centres.repeat(count, 1), half_edges), rays)
 
     def _exact(self, values: np.ndarray) -> Tensor:
         return torch.as_tensor(np.asarray(values, np.float64), device=self.device)
@@ -137,46 +136,3 @@ def _line_sums(volume: Tensor, rays: Bundle) -> Tensor:
         places = torch.addcmul(first[part, None], number[:, None], step[part, None])
         sums[part] = (_values(volume, places) * counts).sum(1)
     return sums
-
-
-def _moments(volume: Tensor, rays: Bundle) -> tuple[Tensor, Tensor]:
-    """(R,) sums of values, and (R, 6) of gradients by index and of depth times these, over each ray's samples."""
-    lines, sums = (
-        torch.empty(len(rays.count), device=volume.device),
-        torch.empty((len(rays.count), 6), device=volume.device),
-    )
-    for part, number, counts in rays.chunks():
-        value, gradient = _interpolate(volume, rays.points(part, number))
-        gradient = gradient * counts[..., None]
-        depth = rays.depth[part, None] + number * rays.spacing[part, None]
-        lines[part] = (value * counts).sum(1)
-        sums[part, :3], sums[part, 3:] = gradient.sum(1), (gradient * depth[..., None]).sum(1)
-    return lines, sums
-
-
-def _corner(points: Tensor, size: tuple[int, ...]) -> tuple[Tensor, Tensor]:
-    """Lowest corner (..., 3) of the cell around each index point, and the fraction inside it."""
-    top = torch.tensor(size[::-1], device=points.device) - 2
-    corner = torch.minimum(points.long().clamp(min=0), top)
-    return corner, points - corner
-
-
-def _interpolate(volume: Tensor, points: Tensor) -> tuple[Tensor, Tensor]:
-    """Trilinear values at (..., 3) index points (i, j, k), and the interpolant's own gradient (..., 3)."""
-    corner, fraction = _corner(points, tuple(volume.shape))
-    stride_k, stride_j = volume.shape[1] * volume.shape[2], volume.shape[2]
-    base = corner[..., 2] * stride_k + corner[..., 1] * stride_j + corner[..., 0]
-    flat = volume.reshape(-1)
-
-    def at(offset: int) -> Tensor:
-        return flat[base + offset]
-
-    fx, fy, fz = fraction.unbind(-1)
-    edges = [(at(o), at(o + 1)) for o in (0, stride_j, stride_k, stride_k + stride_j)]
-    steps = [b - a for a, b in edges]
-    c00, c01, c10, c11 = (a + fx * step for (a, _), step in zip(edges, steps, strict=True))
-    c0, c1 = c00 + fy * (c01 - c00), c10 + fy * (c11 - c10)
-    value = c0 + fz * (c1 - c0)
-    e0, e1 = steps[0] + fy * (steps[1] - steps[0]), steps[2] + fy * (steps[3] - steps[2])
-    by_y = (c01 - c00) + fz * ((c11 - c10) - (c01 - c00))
-    return value, torch.stack([e0 + fz * (e1 - e0), by_y, c1 - c0], dim=-1)

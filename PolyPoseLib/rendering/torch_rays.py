@@ -25,7 +25,7 @@ _SURROUNDS = 1e-6
 
 @dataclass(frozen=True)
 class ImageRays:
-    """Rays of all pixels of S images of one camera, in voxel indices (i, j, k); all of float64.
+    """Rays of all pixels of S images, in voxel indices (i, j, k) of what each shows; all of float64.
 
     Attributes
     ----------
@@ -33,10 +33,10 @@ class ImageRays:
         Where they begin.
     directions : (S, 3, 3) tensor
         Takes (column, row, 1) to index units per mm of depth.
-    inverse_intrinsics : (3, 3) tensor
+    inverse_intrinsics : (S, 3, 3) tensor
         Takes (column, row, 1) to the plane at depth 1.
     rows, columns : int
-        Of each image.
+        Of the largest image.
     step_mm : float
         Distance of samples along a ray.
 
@@ -56,8 +56,8 @@ class Bundle:
 
     Attributes
     ----------
-    pixel : (R,) tensor of int64
-        Number of the pixel, counted through all images.
+    pixel, image : (R,) tensor of int64
+        Number of the pixel, counted through all images, and of the image.
     first, step : (R, 3) tensor of float32
         Index of the first sample, and from one sample to the next.
     depth, spacing : (R,) tensor of float32
@@ -68,6 +68,7 @@ class Bundle:
     """
 
     pixel: Tensor
+    image: Tensor
     first: Tensor
     step: Tensor
     depth: Tensor
@@ -98,8 +99,8 @@ def bundle(rays: ImageRays, low: Tensor, high: Tensor, near: Tensor, far: Tensor
     ----------
     rays : ImageRays
         Of S images.
-    low, high : (3,) tensor
-        Box of indices.
+    low, high : (S, 3) tensor
+        Box of indices of each image.
     near, far : (S, rows, columns) tensor
         Depths in mm between which anything is to be seen.
 
@@ -113,10 +114,11 @@ def bundle(rays: ImageRays, low: Tensor, high: Tensor, near: Tensor, far: Tensor
     image, within = pixel // (rays.rows * rays.columns), pixel % (rays.rows * rays.columns)
     place = torch.stack([within % rays.columns, within // rays.columns, torch.ones_like(within)], -1).to(low)
     along = torch.einsum("rab,rb->ra", rays.directions[image], place)
-    spacing = rays.step_mm / (place @ rays.inverse_intrinsics.T).norm(dim=1)
+    on_plane = torch.einsum("rab,rb->ra", rays.inverse_intrinsics[image], place)
+    spacing = rays.step_mm / on_plane.norm(dim=1)
     source = rays.source[image]
     safe = torch.where(along.abs() < 1e-12, torch.full_like(along, 1e-12), along)
-    first, second = (low - source) / safe, (high - source) / safe
+    first, second = (low[image] - source) / safe, (high[image] - source) / safe
     enters = torch.minimum(first, second).amax(1)
     leaves = torch.maximum(first, second).amin(1)
     enters = torch.maximum(enters, near.reshape(-1)[pixel].clamp(min=0))
@@ -128,6 +130,7 @@ def bundle(rays: ImageRays, low: Tensor, high: Tensor, near: Tensor, far: Tensor
     depth = (number + 0.5) * spacing
     return Bundle(
         pixel[order],
+        image[order],
         (source + depth[:, None] * along)[order].float(),
         (spacing[:, None] * along)[order].float(),
         depth[order].float(),
@@ -136,17 +139,33 @@ def bundle(rays: ImageRays, low: Tensor, high: Tensor, near: Tensor, far: Tensor
     )
 
 
-def depth_ranges(centres: Tensor, half_edges: Tensor, rays: ImageRays) -> tuple[Tensor, Tensor]:
-    """Depths in mm (S, rows, columns) between which the rays of each pixel's tile can meet any of some blocks.
+@dataclass(frozen=True)
+class Blocks:
+    """Blocks of voxels outside of which an image's volume is zero: P pairs of an image and a block.
+
+    Attributes
+    ----------
+    image : (P,) tensor of int64
+        Number of the image.
+    centres, half_edges : (P, 3) tensor of float64
+        Indices (i, j, k) of the blocks' centres, and half of their edges.
+
+    """
+
+    image: Tensor
+    centres: Tensor
+    half_edges: Tensor
+
+
+def depth_ranges(blocks: Blocks, rays: ImageRays) -> tuple[Tensor, Tensor]:
+    """Depths in mm between which the rays of each pixel's tile can meet any of an image's blocks.
 
     Parameters
     ----------
-    centres : (M, 3) tensor
-        Indices of the blocks' centres.
-    half_edges : (3,) tensor
-        Of the blocks.
-    rays : ImageRays
+    blocks : Blocks
         Of S images.
+    rays : ImageRays
+        Of the same.
 
     Returns
     -------
@@ -154,41 +173,49 @@ def depth_ranges(centres: Tensor, half_edges: Tensor, rays: ImageRays) -> tuple[
         Far is less than near where no block projects.
 
     """
-    count = len(rays.source)
-    tile_rows, tile_columns = -(-rays.rows // TILE), -(-rays.columns // TILE)
-    to_pixels = torch.linalg.inv(rays.directions)
-    seen = torch.einsum("sab,smb->sma", to_pixels, centres - rays.source[:, None])
-    half = to_pixels.abs() @ half_edges
-    nearest, farthest = seen[..., 2] - half[:, None, 2], seen[..., 2] + half[:, None, 2]
-    around = nearest <= _SURROUNDS * farthest
-    depth = torch.where(around, torch.ones_like(nearest), nearest)
-    centre = seen[..., :2] / seen[..., 2:]
-    spread = (to_pixels[:, None, :2] - centre[..., None] * to_pixels[:, None, 2:]).abs() @ half_edges
-    spread = spread / depth[..., None]
-    last = torch.tensor([tile_columns - 1, tile_rows - 1], device=centre.device)
-    first_tile = torch.floor((centre - spread) / TILE).clamp(min=0)
-    last_tile = torch.minimum(torch.floor((centre + spread) / TILE), last.to(centre))
-    size = (last_tile - first_tile + 1).clamp(min=0)
-    size[around] = 0
-    tiles = (size[..., 0] * size[..., 1]).long()
-    owner = torch.repeat_interleave(torch.arange(tiles.numel(), device=tiles.device), tiles.reshape(-1))
-    begins = tiles.reshape(-1).cumsum(0) - tiles.reshape(-1)
-    number = torch.arange(len(owner), device=tiles.device) - begins[owner]
-    wide = size[..., 0].reshape(-1)[owner].long()
-    first = first_tile.reshape(-1, 2)[owner].long()
-    row, column = first[:, 1] + number // wide, first[:, 0] + number % wide
-    where = ((owner // len(centres)) * tile_rows + row) * tile_columns + column
+    shape = (len(rays.source), -(-rays.rows // TILE), -(-rays.columns // TILE))
+    to_pixels = torch.linalg.inv(rays.directions)[blocks.image]
+    seen = torch.einsum("pab,pb->pa", to_pixels, blocks.centres - rays.source[blocks.image])
+    half = torch.einsum("pab,pb->pa", to_pixels.abs(), blocks.half_edges)[:, 2]
+    nearest, farthest = seen[:, 2] - half, seen[:, 2] + half
+    around = nearest <= _SURROUNDS * farthest  # around the source, where every ray may meet it, or behind it
+    where, owner = _tiles_met(blocks, seen, to_pixels, torch.where(around, torch.inf, nearest), shape)
     near = torch.full(
-        (count * tile_rows * tile_columns,), torch.inf, dtype=nearest.dtype, device=nearest.device
+        (shape[0] * shape[1] * shape[2],), torch.inf, dtype=nearest.dtype, device=nearest.device
     )
     far = torch.full_like(near, -torch.inf)
-    near.scatter_reduce_(0, where, nearest.reshape(-1)[owner], "amin")
-    far.scatter_reduce_(0, where, farthest.reshape(-1)[owner], "amax")
-    near, far = (each.reshape(count, tile_rows, tile_columns) for each in (near, far))
-    surrounding = torch.where(around, farthest, torch.zeros_like(farthest)).amax(dim=1)[:, None, None]
-    far = torch.where(surrounding > 0, torch.maximum(far, surrounding), far)
-    near = torch.where(surrounding > 0, torch.zeros_like(near), near)
+    near.scatter_reduce_(0, where, nearest[owner], "amin")
+    far.scatter_reduce_(0, where, farthest[owner], "amax")
+    near, far = near.reshape(shape), far.reshape(shape)
+    surrounding = torch.zeros(shape[0], dtype=far.dtype, device=far.device)
+    surrounding.scatter_reduce_(0, blocks.image, torch.where(around, farthest, 0.0), "amax")
+    inside = (surrounding > 0)[:, None, None]
+    far = torch.where(inside, torch.maximum(far, surrounding[:, None, None]), far)
+    near = torch.where(inside, torch.zeros_like(near), near)
     return _per_pixel(near, rays), _per_pixel(far, rays)
+
+
+def _tiles_met(
+    blocks: Blocks, seen: Tensor, to_pixels: Tensor, nearest: Tensor, shape: tuple[int, int, int]
+) -> tuple[Tensor, Tensor]:
+    """Numbers of the tiles that each block's bounds touch, and of the pair that each belongs to.
+
+    seen: (P, 3) centres as (depth column, depth row, depth); nearest: (P,) depth, infinite for what touches none.
+    """
+    centre = seen[:, :2] / seen[:, 2:]
+    # |a / d - a0 / d0| = |(a - a0) - (a0 / d0) (d - d0)| / d
+    across = (to_pixels[:, :2] - centre[..., None] * to_pixels[:, 2:]).abs()
+    spread = torch.einsum("pab,pb->pa", across, blocks.half_edges) / nearest[:, None]
+    last = torch.tensor([shape[2] - 1, shape[1] - 1], dtype=centre.dtype, device=centre.device)
+    first = torch.floor((centre - spread) / TILE).clamp(min=0)
+    size = (torch.minimum(torch.floor((centre + spread) / TILE), last) - first + 1).clamp(min=0)
+    size = torch.where(torch.isfinite(nearest)[:, None], size, 0.0).long()
+    tiles = size[:, 0] * size[:, 1]
+    owner = torch.repeat_interleave(torch.arange(len(tiles), device=tiles.device), tiles)
+    number = torch.arange(len(owner), device=tiles.device) - (tiles.cumsum(0) - tiles)[owner]
+    first, wide = first.nan_to_num(0.0).long()[owner], size[owner, 0]
+    row, column = first[:, 1] + number // wide, first[:, 0] + number % wide
+    return (blocks.image[owner] * shape[1] + row) * shape[2] + column, owner
 
 
 def _per_pixel(tiles: Tensor, rays: ImageRays) -> Tensor:

@@ -13,6 +13,7 @@ import numpy as np
 
 from PolyPoseLib.geometry.rigid import about, perturbation, perturbation_between, rigid_inverse
 from PolyPoseLib.registration.bones.agreement import Agreement, agreement_in
+from PolyPoseLib.registration.fit.device_problem import as_solved
 from PolyPoseLib.registration.fit.levels import COMPARISON_LEVEL, Level, Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import RigidProblem, State
@@ -155,7 +156,7 @@ class LevelFit:
                 self.refresh(now)
 
         options = SolverOptions(self.level.iterations, TOLERANCE, DAMPING)
-        return minimise(self.problem, state, options, before_step).state
+        return minimise(as_solved(self.problem), state, options, before_step).state
 
     def refresh(self, state: State) -> None:
         """Renew the weights, and the soft tissue where bones moved."""

@@ -14,6 +14,7 @@ from PolyPoseLib.registration.bones.restarts import restart_bones
 from PolyPoseLib.registration.bones.rows import rejoined
 from PolyPoseLib.registration.bones.visibility import structure_visibility
 from PolyPoseLib.registration.cameras.anchor_alone import refine_by_anchor_alone
+from PolyPoseLib.registration.fit.device_problem import as_solved
 from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import CameraGroups, JointResult, State, corrected
@@ -181,7 +182,9 @@ class _LevelFit:
             self.run.step(done + iteration, total, similarity, None if field is None else lambda: field)
 
         start = State.of_poses(poses, len(self.observations))
-        state = minimise(self.problem, start, SolverOptions(self.level.iterations), before_step).state
+        state = minimise(
+            as_solved(self.problem), start, SolverOptions(self.level.iterations), before_step
+        ).state
         pairs = zip(self.observations, state.corrections, strict=True)
         cameras = [corrected(observation.camera, correction) for observation, correction in pairs]
         return JointResult(cameras, self.problem, state)

@@ -15,6 +15,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from PolyPoseLib.geometry.rigid import rigid_inverse
+from PolyPoseLib.registration.fit.device_problem import as_solved
 from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
@@ -131,7 +132,7 @@ def _across(
     if not problem.views:
         return poses
     starts = [State.of_poses(start.poses, len(problem.views)) for start in starts]
-    here, *others = (minimise(problem, start, SolverOptions(level.iterations)) for start in starts)
+    here, *others = (minimise(as_solved(problem), start, SolverOptions(level.iterations)) for start in starts)
     whole = [
         end
         for end in others

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from PolyPoseLib.registration.cameras.refine import slid_along_beam
+from PolyPoseLib.registration.fit.device_problem import as_solved
 from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import CameraGroups, RigidProblem, State, corrected
@@ -89,7 +90,7 @@ def _refined(
     weigh(start)
     if len(observations) == 1:
         start = slid_along_beam(problem, start)
-    found = minimise(problem, start, SolverOptions(level.iterations), weigh).state
+    found = minimise(as_solved(problem), start, SolverOptions(level.iterations), weigh).state
     return [
         each.with_camera(corrected(each.camera, correction))
         for each, correction in zip(observations, found.corrections, strict=True)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.fit.device_problem import as_solved
 from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View, corrected
@@ -81,7 +82,7 @@ def _refine(run: Run, observation: Observation, level: Level, done: int, total: 
     start = views.at_rest(1)
     weigh(start)
     start = slid_along_beam(problem, start)
-    solution = minimise(problem, start, SolverOptions(level.iterations), before_step)
+    solution = minimise(as_solved(problem), start, SolverOptions(level.iterations), before_step)
     return corrected(observation.camera, solution.state.corrections[0])
 
 

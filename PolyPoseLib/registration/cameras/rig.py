@@ -11,6 +11,7 @@ from PolyPoseLib.registration.cameras.coarse_search import compared_points
 from PolyPoseLib.registration.cameras.hypotheses import is_plausible, score_camera
 from PolyPoseLib.registration.cameras.multistart import TURN_DEG, RefinedCamera, turned_about
 from PolyPoseLib.registration.cameras.refine import anchor_region
+from PolyPoseLib.registration.fit.device_problem import as_solved
 from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import State, corrected
@@ -155,6 +156,6 @@ def _refine(run: Run, observations: Sequence[Observation], level: Level, done: i
             region = anchor_region(run.scene, bones, posed, n)
             view.weight = robust_weight(view, whole.residual(state, n), region)
 
-    return minimise(whole, views.at_rest(1), SolverOptions(level.iterations), before_step).state.corrections[
-        0
-    ]
+    return minimise(
+        as_solved(whole), views.at_rest(1), SolverOptions(level.iterations), before_step
+    ).state.corrections[0]

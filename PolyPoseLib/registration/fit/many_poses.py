@@ -6,8 +6,7 @@ import numpy as np
 
 from PolyPoseLib.registration.fit.device_poses import DevicePoses
 from PolyPoseLib.registration.fit.lockstep import ManyPoses, Normals
-from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
-from PolyPoseLib.rendering.numba_backend import NumbaBackend
+from PolyPoseLib.registration.fit.problem import RigidProblem, View
 from PolyPoseLib.rendering.pose_images import PoseImages, project_poses
 from PolyPoseLib.rendering.torch_backend import TorchBackend
 from PolyPoseLib.similarity.contrast_kernel_arguments import ContrastView
@@ -24,38 +23,12 @@ def at_many_poses(problem: RigidProblem) -> ManyPoses:
     Returns
     -------
     ManyPoses
-        By compiled loops or on torch's device, as the problem's renderer has it; else pose by pose.
+        On torch's device where torch renders, else by compiled loops.
 
     """
-    if isinstance(problem.backend, NumbaBackend):
-        return _Together(problem)
     if isinstance(problem.backend, TorchBackend):
         return DevicePoses(problem, problem.backend)
-    return _OneByOne(problem)
-
-
-class _OneByOne:
-    """Pose by pose."""
-
-    def __init__(self, problem: RigidProblem) -> None:
-        self._problem = problem
-        self.centre = problem.bodies[0].centre
-
-    def costs(self, poses: np.ndarray) -> np.ndarray:
-        """See :class:`ManyPoses`."""
-        return np.array([self._problem.cost(self._state(pose)) for pose in poses])
-
-    def normal_equations(self, poses: np.ndarray) -> Normals:
-        """See :class:`ManyPoses`."""
-        each = [self._problem.normal_equations(self._state(pose)) for pose in poses]
-        return Normals(
-            np.array([normal.cost for normal in each]),
-            np.stack([normal.matrix for normal in each]),
-            np.stack([normal.gradient for normal in each]),
-        )
-
-    def _state(self, pose: np.ndarray) -> State:
-        return State.of_poses(pose[None], len(self._problem.views))
+    return _Together(problem)
 
 
 class _Together:
@@ -65,7 +38,7 @@ class _Together:
         self._problem = problem
         self.centre = problem.bodies[0].centre
         self._views = [contrast_view(view) for view in problem.views]
-        self._scale = 1.0 / max(sum(float(view.weight.sum()) for view in problem.views), 1e-6)
+        self._scale = problem.scale()
 
     def costs(self, poses: np.ndarray) -> np.ndarray:
         """See :class:`ManyPoses`."""

@@ -275,15 +275,29 @@ class RigidProblem:
     def cost(self, state: State) -> float:
         """Weighted mean of squared residuals over all views (0 = identical, 2 = unrelated), plus the prior."""
         images = sum(self._view_cost(self.residual(state, n), view) for n, view in enumerate(self.views))
+        return images * self.scale() + self.expected_cost(state)
+
+    def expected_cost(self, state: State) -> float:
+        """What the priors of poses and cameras add to the images' cost."""
         expected = self.prior.cost(state.poses) if self.prior else 0.0
         deviations = (deviation for _, deviation, _ in self._camera_deviations(state))
-        return images * self._scale() + expected + WEIGHT * sum(float(each @ each) for each in deviations)
+        return expected + WEIGHT * sum(float(each @ each) for each in deviations)
+
+    def add_expected(self, state: State, matrix: np.ndarray, gradient: np.ndarray) -> float:
+        """Add the priors' Gauss-Newton terms to ``matrix`` (P, P) and ``gradient`` (P,); returns their cost."""
+        expected = self.prior.add_to(state.poses, matrix, gradient) if self.prior else 0.0
+        for first, deviation, radii in self._camera_deviations(state):
+            where = np.arange(first, first + 6)
+            matrix[where, where] += WEIGHT / radii**2
+            gradient[where] += WEIGHT * deviation / radii
+            expected += WEIGHT * float(deviation @ deviation)
+        return expected
 
     def normal_equations(self, state: State) -> Normal:
         """Gauss-Newton normal equations at ``state``."""
         matrix = np.zeros((self.size, self.size))
         gradient = np.zeros(self.size)
-        cost, scale = 0.0, self._scale()
+        cost, scale = 0.0, self.scale()
         for n, view in enumerate(self.views):
             linear = self.linearise(state, n)
             cost += self._view_cost(linear.residual, view)
@@ -298,13 +312,7 @@ class RigidProblem:
                     matrix[rows, columns] += product
                     if b != a:
                         matrix[columns, rows] += product.T
-        expected = self.prior.add_to(state.poses, matrix, gradient) if self.prior else 0.0
-        for first, deviation, radii in self._camera_deviations(state):
-            where = np.arange(first, first + 6)
-            matrix[where, where] += WEIGHT / radii**2
-            gradient[where] += WEIGHT * deviation / radii
-            expected += WEIGHT * float(deviation @ deviation)
-        return Normal(cost * scale + expected, matrix, gradient)
+        return Normal(cost * scale + self.add_expected(state, matrix, gradient), matrix, gradient)
 
     def linearise(self, state: State, view_index: int) -> Linearised:
         """Residual of a view and its derivative by those unknowns that the view depends on."""
@@ -339,7 +347,7 @@ class RigidProblem:
                 deviation = view.expected.deviation(view.camera, correction, self.camera_centre)
                 yield 6 * (len(self.free_poses) + n), deviation, view.expected.radii
 
-    def _scale(self) -> float:
+    def scale(self) -> float:
         """One over the sum of all views' weights."""
         return 1.0 / max(sum(float(view.weight.sum()) for view in self.views), 1e-6)
 
