@@ -57,7 +57,7 @@ from PolyPoseLib.registration.uncertainty.covariance import joint_covariance
 from PolyPoseLib.registration.uncertainty.doubts import Evidence, disputed_warnings, doubts_about
 from PolyPoseLib.registration.uncertainty.intervals import structure_uncertainties, systematic_error
 from PolyPoseLib.registration.uncertainty.shrinkage import likeliest_poses
-from PolyPoseLib.rendering.select import resolve_device, select_backend
+from PolyPoseLib.rendering.select import device_of, select_backend
 
 
 def register(
@@ -99,8 +99,7 @@ def register(
 
 def _register(study: Study, options: Options, monitor: Monitor, magnification: float) -> Result:
     """Register a study that is so many times larger than the patient."""
-    device = resolve_device(options.device)
-    backend = select_backend(options.kernel, device, options.threads)
+    backend = select_backend(options.kernel, options.device, options.threads)
     require_memory(needed_memory(study, options), "The registration")
     preset = PRESETS[options.preset]
     preview = _preview(options, magnification)
@@ -152,7 +151,7 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
     )
     doubts = doubts_about(run.scene, evidence)
     fitted = _Fitted(cameras, joint, final, before, after, evidence, doubts, inconsistent, verdict)
-    return _result(study, options, run, fitted, device)
+    return _result(study, options, run, fitted)
 
 
 def camera_regressor(study: Study, path: str | Path | None) -> Regressor | None:
@@ -254,7 +253,7 @@ class _Fitted:
     verdict: CameraVerdict
 
 
-def _result(study: Study, options: Options, run: Run, fitted: _Fitted, device: str) -> Result:
+def _result(study: Study, options: Options, run: Run, fitted: _Fitted) -> Result:
     """Warp, render, and say what is known about the outcome."""
     monitor, joint = run.monitor, fitted.joint
     warped = _warped(study, options, run.named("warping"), joint)
@@ -268,7 +267,7 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted, device: s
         cameras=[CameraResult(*each) for each in zip(joint.cameras, similarities, names, strict=True)],
         history=monitor.history,
         seconds=monitor.seconds,
-        device=f"{device}, {run.backend.name}",
+        device=f"{device_of(run.backend)}, {run.backend.name}",
         versions=installed_versions(),
         warnings=_warnings(study, run.scene, fitted),
         warped_ct=warped.ct,

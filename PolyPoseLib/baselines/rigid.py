@@ -35,7 +35,7 @@ from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.outputs import transform_grid
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, project_body
-from PolyPoseLib.rendering.select import resolve_device, select_backend
+from PolyPoseLib.rendering.select import select_backend
 from PolyPoseLib.similarity.torch_threads import torch_threads
 from PolyPoseLib.warp.dense import flat_points
 
@@ -75,7 +75,7 @@ class Rigid:
         """See :class:`PolyPoseLib.data.benchmark.system.System`; every structure has the same pose."""
         observations = known_views(study)
         with torch_threads(setting.threads):
-            backend = select_backend("auto", resolve_device(setting.device), setting.threads)
+            backend = select_backend("auto", setting.device, setting.threads)
             starts = [np.eye(4), *self._learned(study, setting, observations)]
             pose, chosen = _fitted(study.ct, observations, starts, backend, setting)
         start = "rest" if chosen == 0 else "the camera model"

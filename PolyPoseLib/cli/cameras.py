@@ -150,11 +150,11 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
     from PolyPoseLib.registration.memory import needed_memory
     from PolyPoseLib.registration.run import Run
     from PolyPoseLib.registration.scene import Scene
-    from PolyPoseLib.rendering.select import resolve_device, select_backend
+    from PolyPoseLib.rendering.select import select_backend
 
     options = Options.from_dict(merged_options(study.options, arguments))
     require_memory(needed_memory(study, options, warps=False), "The search of cameras")
-    backend = select_backend(options.kernel, resolve_device(options.device), options.threads)
+    backend = select_backend(options.kernel, options.device, options.threads)
     display = progress_display(arguments.progress)
     cameras: dict[int, FoundCamera] = {}
     try:

@@ -48,8 +48,9 @@ def select_backend(kernel: str = "auto", device: str = "cpu", threads: int | Non
     ----------
     kernel : {"auto", "numba", "torch"}
         "auto" takes numba on a CPU where it is installed, and torch otherwise.
-    device : {"cpu", "cuda"}
-        As :func:`resolve_device` returns it.
+    device : {"auto", "cpu", "cuda"}
+        "auto" takes a CUDA device when there is one; where numba could render on the CPU instead, whichever a short
+        trial finds faster.
     threads : int, optional
         CPU threads, None for all.
 
@@ -61,7 +62,7 @@ def select_backend(kernel: str = "auto", device: str = "cpu", threads: int | Non
     Raises
     ------
     InputError
-        Numba is asked for but not installed.
+        Numba is asked for but not installed, or "cuda" but torch finds no such device.
 
     """
     numba = _numba()
@@ -70,12 +71,31 @@ def select_backend(kernel: str = "auto", device: str = "cpu", threads: int | Non
             'Option "kernel" is "numba", which is not installed: pip install numba, or give "auto".'
         )
     if kernel == "numba" or (kernel == "auto" and numba is not None and device == "cpu"):
-        if threads is not None:
-            numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
-        return NumbaBackend()
+        return _compiled(numba, threads)
     from PolyPoseLib.rendering.torch_backend import TorchBackend
 
-    return TorchBackend(device)
+    found = TorchBackend(resolve_device(device))
+    if kernel == "torch" or numba is None or device == "cuda":
+        return found
+    compiled = _compiled(numba, threads)
+    if found.device.type == "cpu":
+        return compiled
+    from PolyPoseLib.rendering.trial import faster_of
+
+    return faster_of([compiled, found])
+
+
+def device_of(backend: Backend) -> str:
+    """Where a backend renders, "cpu" or "cuda"."""
+    device = getattr(backend, "device", None)
+    return "cpu" if device is None else device.type
+
+
+def _compiled(numba: Any, threads: int | None) -> NumbaBackend:
+    """Numba with so many threads, None for all."""
+    if threads is not None:
+        numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
+    return NumbaBackend()
 
 
 def _numba() -> Any:
