@@ -58,10 +58,11 @@ def write_tables(rows: list[dict], preset: str, path: Path) -> None:
     """One table per anatomy and study, and the machine."""
     parts = [
         "# Ablations\n",
-        "Cases with an independent truth: two views 30 degrees apart unless the table says otherwise; means over "
-        "seeds. TRE: of the transform over a structure's voxels, mean over moving structures; worst: of any structure "
-        "and seed; pose TRE: of the structures' own rigid motions; soft: the transform's error in the body outside "
-        f"all structures. Preset {preset} unless the table says otherwise.\n",
+        "Cases with an independent truth: two views 30 degrees apart unless the table says otherwise; mean(SD) "
+        "over seeds (n - 1), the mean alone for one seed. TRE: of the transform over a structure's voxels, mean over "
+        "moving structures; worst: of the structure with the largest; pose TRE: of the structures' own rigid motions; "
+        f"soft: the transform's error in the body outside all structures. Preset {preset} unless the table says "
+        "otherwise.\n",
     ]
     for anatomy, pixels in _cases(rows):
         for study, title in TITLES.items():
@@ -71,7 +72,9 @@ def write_tables(rows: list[dict], preset: str, path: Path) -> None:
             parts.append(f"## {title} ({anatomy}, {pixels} x {pixels} pixels)\n")
             parts += [NOTES[study] + "\n"] if NOTES[study] else []
             named = [(_label(study, point, chosen), chosen) for point, chosen in groups]
-            parts.append(table([study, "seeds", *(name for name, _, _ in COLUMNS)], mean_rows(named)))
+            parts.append(
+                table([study, "seeds", *(name for name, _, _ in COLUMNS)], mean_rows(named, sd=True))
+            )
     parts.append(measured_on(machine()))
     path.write_text("\n".join(parts), encoding="utf-8")
 

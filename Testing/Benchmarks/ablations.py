@@ -1,12 +1,12 @@
 """Ablations: what the weight function, the rotation of tissue with bones, the number of structures, labels that are too
 small, the number of views, the angle between them and noise do to the result.
 
-Each study changes one setting of the usual case, two views of the pelvis 30 degrees apart with an independent truth
-(see accuracy.py), and leaves all else as it is; rows that studies share are run once. Every registration runs as its
-own process.
+Each study changes one setting of the usual case, two views of the pelvis or the chest 30 degrees apart with an
+independent truth (see accuracy.py), and leaves all else as it is; rows that studies share are run once. Every
+registration runs as its own process. With several seeds the tables have mean(SD) over them.
 
     python Testing/Benchmarks/ablations.py
-    python Testing/Benchmarks/ablations.py --studies views angle --anatomy pelvis chest --seeds 0 1 2 3 4
+    python Testing/Benchmarks/ablations.py --studies views angle --anatomy pelvis --seeds 0 1 2 3 4
 
 Rows that are in the results file already are not run again unless --again is given; --list prints what is missing.
 """
@@ -59,7 +59,7 @@ def parse_arguments() -> argparse.Namespace:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--studies", nargs="+", choices=tuple(TITLES), default=list(TITLES))
-    parser.add_argument("--anatomy", nargs="+", choices=tuple(STRUCTURES), default=["pelvis"])
+    parser.add_argument("--anatomy", nargs="+", choices=tuple(STRUCTURES), default=list(STRUCTURES))
     parser.add_argument("--seeds", nargs="+", type=int, default=[0])
     parser.add_argument(
         "--preset", choices=("default", "fast", "paper"), default="default", help="of all studies but weights"
