@@ -8,7 +8,7 @@ import sys
 import ablations
 import pytest
 from ablation_cases import Settings, points, settings_of
-from ablation_tables import write_tables
+from ablation_tables import plot, write_tables
 
 SUMMARY = (
     "mean_tre_mm",
@@ -135,3 +135,40 @@ def test_both_cts_are_run_unless_one_is_named(monkeypatch):
 
     assert sorted(set(anatomies())) == ["chest", "pelvis"]
     assert set(anatomies("--anatomy", "pelvis")) == {"pelvis"}
+
+
+def test_representations_are_a_table_with_honest_iterations(tmp_path):
+    """Systems of other iterations are other lines, and one without poses has no number for them."""
+    rng = random.Random(1)
+    rows = []
+    for count in (None, 30):
+        for point in points("representation", "pelvis", [], [count]):
+            row, _ = made(settings_of(point, Settings("pelvis", 0, 400)), rng)
+            if point.changes["system"].startswith("dense"):
+                row["summary"]["mean_pose_tre_mm"] = None
+            if row not in rows and row["settings"] not in [each["settings"] for each in rows]:
+                rows.append(row)
+    write_tables(rows, "default", tmp_path / "t.md")
+    ((heading, lines),) = tables(tmp_path / "t.md").items()
+    assert heading == "Representation of the motion (pelvis, 400 x 400 pixels)"
+    assert [line["representation"] for line in lines] == [
+        "nothing moves",
+        "polyrigid (ours)",
+        "dense R3",
+        "dense R3, 30 iterations",
+        "dense SE(3)",
+        "dense SE(3), 30 iterations",
+    ]
+    assert [line["pose TRE mm"] == "-" for line in lines] == [False, False, True, True, True, True]
+    plot(rows, "default", tmp_path / "t.png")
+    assert (tmp_path / "t.png").stat().st_size > 5000
+
+
+def test_rows_older_than_a_setting_are_still_known(tmp_path):
+    """They are as usual in it, and not run again."""
+    rows, _ = angles("pelvis", (0,), random.Random(2))
+    write_tables(rows, "default", tmp_path / "new.md")
+    for row in rows:
+        row["settings"] = {name: value for name, value in row["settings"].items() if value is not None}
+    write_tables(rows, "default", tmp_path / "old.md")
+    assert tables(tmp_path / "old.md") == tables(tmp_path / "new.md") != {}
