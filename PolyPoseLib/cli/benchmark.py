@@ -192,7 +192,8 @@ def case_sources(arguments: argparse.Namespace) -> tuple[CaseSource, ...]:
 
 def weight_files(words: Sequence[str], systems: Sequence[NamedSystem]) -> dict[str, Path]:
     """{system: its file} of --weights; raises InputError."""
-    from PolyPoseLib.benchmark.systems import weights_names
+    from PolyPoseLib.benchmark.systems import SYSTEMS, weights_names
+    from PolyPoseLib.benchmark.weight_checks import require_weights
 
     known = list(dict.fromkeys(name for each in systems for name in weights_names(each.name)))
     found: dict[str, Path] = {}
@@ -200,12 +201,18 @@ def weight_files(words: Sequence[str], systems: Sequence[NamedSystem]) -> dict[s
         name, equals, path = word.partition("=")
         if not equals or not path:
             raise InputError(f'--weights: "{one_line(word)[:80]}" gives no file: write SYSTEM=FILE.')
+        if name in SYSTEMS and name not in known:
+            raise InputError(
+                f'--weights: "{name}" is not among the systems that run: add it to --methods, or leave its file out.'
+            )
         if name not in known:
             raise InputError(f"--weights: {unknown_name('system', name, known)}")
         if name in found:
             raise InputError(f'--weights: "{name}" has two files: give one.')
-        if not Path(path).is_file():
-            raise InputError(f"--weights: {path}: there is no such file: give the weights of {name}.")
+        try:
+            require_weights(name, Path(path))
+        except InputError as error:
+            raise InputError(f"--weights: {error}") from error
         found[name] = Path(path).resolve()
     return found
 
