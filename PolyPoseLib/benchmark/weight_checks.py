@@ -14,6 +14,16 @@ _WITHOUT = (
 )
 """Systems of the table that take no weights."""
 
+_OPTIONAL = ("rigid",)
+"""Those that run without as well."""
+
+
+def weights_word(system: str) -> str:
+    """Whether a system of the table takes weights: "needed", "optional", or "-"."""
+    if system in _WITHOUT:
+        return "-"
+    return "optional" if system in _OPTIONAL else "needed"
+
 
 def require_weights(system: str, path: Path) -> None:
     """Refuse a file that a system could not take as its weights, whatever the case.

@@ -135,7 +135,8 @@ def test_the_list_needs_no_data_and_says_what_can_run_here(capsys, monkeypatch):
         main(["benchmark", "--list"])
     lines = capsys.readouterr().out.splitlines()[2:]
     assert ending.value.code == 0 and [line.split()[0] for line in lines] == list(SYSTEMS)
-    assert re.fullmatch(r"polypose +- +yes", lines[1])
+    assert re.fullmatch(r"polypose +the default method +- +- +yes", lines[1])
+    assert re.fullmatch(r"liftreg +trained network LiftReg +needed +- +yes", lines[-2])
 
 
 @pytest.mark.long
