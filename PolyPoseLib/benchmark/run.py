@@ -22,7 +22,7 @@ from PolyPoseLib.benchmark.rows import UNREAD, field_path, pictures_path, row_pa
 from PolyPoseLib.benchmark.systems import NamedSystem, weights_names
 from PolyPoseLib.cohort.child import end_children
 from PolyPoseLib.data.benchmark.job import DONE, CaseSource, KnownCase, RunJob, RunSettings
-from PolyPoseLib.data.benchmark.progress import BenchmarkProgress
+from PolyPoseLib.data.benchmark.progress import RUNNING, BenchmarkProgress
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark.benchmark_folder import ROWS, data_stamp
 from PolyPoseLib.io.benchmark.row_files import Row, read_row
@@ -82,7 +82,7 @@ def run_benchmark(benchmark: Benchmark, progress: Callable[[BenchmarkProgress], 
     benchmark : Benchmark
         What to do.
     progress : callable
-        Called whenever a run has ended.
+        Called whenever a run has begun or ended.
 
     Returns
     -------
@@ -139,6 +139,7 @@ class _Plan:
         self._cases = [1] * len(benchmark.sources)
         self._rows: dict[tuple[int, int, int], Row] = {}
         self._sources: dict[str, CaseSource] = {}
+        self._warned: set[tuple[str, str]] = set()
         self._lock = threading.Lock()
 
     @property
@@ -195,6 +196,7 @@ class _Plan:
         if (earlier := _finished_row(job)) is not None:
             self._end(key, earlier, reused=True)
             return []
+        self._tell({"case": job.case.name, "system": job.system, "status": RUNNING})
         with contextlib.suppress(InterruptedRun):
             self._end(key, run_system(job, self.run, self.benchmark.limit_seconds))
         return []
@@ -214,11 +216,25 @@ class _Plan:
     def _end(self, key: tuple[int, int, int], row: Row, reused: bool = False) -> None:
         """A run has ended."""
         if row["status"] != DONE:
-            _LOG.warning("%s on %s: %s: %s", row["system"], row["case"], row["status"], row["reason"])
+            self._warn(row)
         with self._lock:
             self._rows[key] = row
+        self._tell({name: row[name] for name in ("case", "system", "status")}, reused)
+
+    def _warn(self, row: Row) -> None:
+        """Say why a run has no scores; of data that cannot be read once for all systems and views."""
+        what = f"{row['system']} on {row['case']}: {row['status']}"
+        if row["case_digest"] == UNREAD:
+            what = row["subject"]
+            with self._lock:
+                if (what, row["reason"]) in self._warned:
+                    return
+                self._warned.add((what, row["reason"]))
+        _LOG.warning("%s: %s", what, row["reason"])
+
+    def _tell(self, what: dict[str, str], reused: bool = False) -> None:
+        with self._lock:
             seconds = time.monotonic() - self._began
-            what = {name: row[name] for name in ("case", "system", "status")}
             self._progress(
                 BenchmarkProgress(STAGE, self.finished, self.total, None, seconds, **what, reused=reused)
             )

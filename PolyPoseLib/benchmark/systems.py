@@ -42,6 +42,28 @@ SYSTEMS: dict[str, str] = {
 }
 """Name of a system, and "module:Class"."""
 
+ABOUT: dict[str, str] = {
+    "rest": "nothing moves: what every system must beat",
+    "polypose": "the default method",
+    "polypose-found": "the same, from cameras that are wrong",
+    "paper": "the published method, preset paper",
+    "rigid": "one rigid body for the whole patient",
+    "dense-r3": "a displacement at every node of a grid",
+    "dense-se3": "a rigid motion at every node of a grid",
+    "fdk-greedy": "FDK volume, greedy",
+    "fdk-elastix": "FDK volume, elastix",
+    "fdk-fireants": "FDK volume, FireANTs",
+    "fdk-convexadam": "FDK volume, ConvexAdam",
+    "fdk-unigradicon": "FDK volume, uniGradICON",
+    "fdk-unigradicon-io": "the same with instance optimisation",
+    "fdk-multigradicon": "FDK volume, multiGradICON",
+    "fdk-multigradicon-io": "the same with instance optimisation",
+    "fdk-anatomix": "FDK volume, ConvexAdam on anatomix",
+    "liftreg": "trained network LiftReg",
+    "2d3d-regnet": "trained network 2D3D-RegNet",
+}
+"""What a system is, in a few words; fdk: a 3D/3D registration to a volume reconstructed from the X-rays."""
+
 ALL = "all"
 """Stands for the whole table."""
 

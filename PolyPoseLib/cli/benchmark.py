@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.cli._arguments import add_progress, new_parser
+from PolyPoseLib.cli._benchmark_lines import EndedRuns, RunLines
 from PolyPoseLib.cli._console import progress_display, table
 from PolyPoseLib.data.benchmark.job import DATASETS, DONE, FAILED, SKIPPED, CaseSource, RunSettings
 from PolyPoseLib.data.options import RANGES
@@ -21,6 +22,12 @@ USUAL_METHODS = ("rest", "polypose")
 
 MOST_JOBS = 256
 
+DATA_HELP = (
+    "the data, never written to: of deepfluoro its HDF5 file or the folder of its subjects, of headneck the folder "
+    "with one folder a patient, of thoraxcbct the folder with imagesTr, of simulated the folder of one case or of "
+    "several; where to get them: docs/benchmark-data.md"
+)
+
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     """Add the subcommand."""
@@ -30,48 +37,63 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "compare systems on a data set, each case and system in a process of its own, in tables and figures",
         "headneck data/headneck --methods rest polypose dense-r3 --views 2x180 3x180 --output compared",
     )
-    parser.add_argument("dataset", choices=DATASETS, help="layout of the data")
     parser.add_argument(
-        "data", type=Path, metavar="DATA", help="the data, as its page says; never written to"
+        "dataset", choices=DATASETS, help="layout of the data; simulated: of polypose simulate"
     )
+    parser.add_argument("data", type=Path, metavar="DATA", help=DATA_HELP)
     parser.add_argument(
         "--output",
         type=Path,
         required=True,
         metavar="DIR",
-        help="new folder, or with --resume an earlier run's",
+        help="new folder for tables, figures and rows; with --resume an earlier run's",
     )
     parser.add_argument(
         "--methods",
         nargs="+",
         default=list(USUAL_METHODS),
         metavar="SYSTEM",
-        help="names that --list shows, all, or module:Class or NAME=module:Class of your own (default: rest polypose)",
+        help="systems to compare: names that --list shows, all for all of these, or module:Class or NAME=module:Class "
+        "of your own (default: rest polypose)",
     )
     parser.add_argument(
         "--list",
         action=_ListSystems,
         nargs=0,
-        help="list the systems and whether they can run here, and exit",
+        help="list the systems, what they are and whether they can run here, and exit",
     )
-    parser.add_argument("--subjects", nargs="+", metavar="NAME", help="only these (default: all)")
+    parser.add_argument(
+        "--subjects", nargs="+", metavar="NAME", help="only these patients or cases (default: all)"
+    )
     parser.add_argument(
         "--views",
         nargs="+",
         metavar="VIEWS",
-        help="such as 2x30 3x120, of deepfluoro frames such as 10+9 (default: those of the paper, or a case's own)",
+        help="sets of X-rays, each a case of its own: number x degrees over which they are spread, such as 2x30 3x120, "
+        "own for those of a simulated case, or of deepfluoro numbers of frames such as 10+9 (default: those of the "
+        "paper, or own)",
     )
     parser.add_argument(
         "--weights",
         nargs="+",
         default=[],
         metavar="SYSTEM=FILE",
-        help="files of trained weights, for systems that need them; nothing is downloaded",
+        help="files of trained weights, for systems that --list shows to need them; nothing is downloaded",
     )
-    parser.add_argument("--resume", action="store_true", help="run what has no scores yet, or has changed")
-    parser.add_argument("--keep-fields", action="store_true", help="keep the displacement field of every run")
     parser.add_argument(
-        "--draw", action="store_true", help="draw what every run left wrong, and what moved what"
+        "--resume",
+        action="store_true",
+        help="go on with the run in DIR: only what has no scores yet, or has changed",
+    )
+    parser.add_argument(
+        "--keep-fields",
+        action="store_true",
+        help="keep the displacement field of every run, as an ITK transform",
+    )
+    parser.add_argument(
+        "--draw",
+        action="store_true",
+        help="draw pictures of every run: what still differs from the true CT, and the deformation",
     )
     group = parser.add_argument_group("fair conditions, the same for all systems")
     group.add_argument(
@@ -81,7 +103,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--device", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)"
     )
     group.add_argument("--seed", type=int, default=0, metavar="N", help="of every random choice (default: 0)")
-    group.add_argument("--limit", type=float, metavar="SECONDS", help="end a run that takes longer")
+    group.add_argument(
+        "--limit", type=float, metavar="SECONDS", help="end a run that takes longer (default: none)"
+    )
     group.add_argument(
         "--jobs",
         type=int,
@@ -99,21 +123,24 @@ class _ListSystems(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from PolyPoseLib.benchmark.systems import SYSTEMS
 
-        print(table(("system", "needs", "here"), [system_line(name, path) for name, path in SYSTEMS.items()]))
+        heads = ("system", "what it is", "--weights", "packages", "here")
+        print(table(heads, [system_line(name, path) for name, path in SYSTEMS.items()]))
         parser.exit()
 
 
-def system_line(name: str, path: str) -> tuple[str, str, str]:
-    """Name of a system, packages that it needs, and whether these are installed."""
-    from PolyPoseLib.benchmark.systems import load_system, missing_packages
+def system_line(name: str, path: str) -> tuple[str, ...]:
+    """Name of a system, what it is, whether it takes weights, packages that it needs, and whether it can run here."""
+    from PolyPoseLib.benchmark.systems import ABOUT, load_system, missing_packages
+    from PolyPoseLib.benchmark.weight_checks import weights_word
 
+    about, weights = ABOUT[name], weights_word(name)
     try:
         system = load_system(path)
     except (ImportError, InputError) as error:
-        return name, "-", f"no: {one_line(str(error))}"
+        return name, about, weights, "-", f"no: {one_line(str(error))}"
     missing = missing_packages(system)
-    here = f"no: without {' '.join(missing)}" if missing else "yes"
-    return name, " ".join(system.needs) or "-", here
+    here = f"no: pip install {' '.join(missing)}" if missing else "yes"
+    return name, about, weights, " ".join(system.needs) or "-", here
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -137,7 +164,9 @@ def run(arguments: argparse.Namespace) -> int:
             keep_fields=arguments.keep_fields,
             draw=arguments.draw,
         )
-        display = progress_display(arguments.progress)
+        display = (
+            RunLines() if arguments.progress == "bar" else EndedRuns(progress_display(arguments.progress))
+        )
         try:
             rows = run_benchmark(benchmark, display)
         finally:
@@ -192,7 +221,8 @@ def case_sources(arguments: argparse.Namespace) -> tuple[CaseSource, ...]:
 
 def weight_files(words: Sequence[str], systems: Sequence[NamedSystem]) -> dict[str, Path]:
     """{system: its file} of --weights; raises InputError."""
-    from PolyPoseLib.benchmark.systems import weights_names
+    from PolyPoseLib.benchmark.systems import SYSTEMS, weights_names
+    from PolyPoseLib.benchmark.weight_checks import require_weights
 
     known = list(dict.fromkeys(name for each in systems for name in weights_names(each.name)))
     found: dict[str, Path] = {}
@@ -200,12 +230,18 @@ def weight_files(words: Sequence[str], systems: Sequence[NamedSystem]) -> dict[s
         name, equals, path = word.partition("=")
         if not equals or not path:
             raise InputError(f'--weights: "{one_line(word)[:80]}" gives no file: write SYSTEM=FILE.')
+        if name in SYSTEMS and name not in known:
+            raise InputError(
+                f'--weights: "{name}" is not among the systems that run: add it to --methods, or leave its file out.'
+            )
         if name not in known:
             raise InputError(f"--weights: {unknown_name('system', name, known)}")
         if name in found:
             raise InputError(f'--weights: "{name}" has two files: give one.')
-        if not Path(path).is_file():
-            raise InputError(f"--weights: {path}: there is no such file: give the weights of {name}.")
+        try:
+            require_weights(name, Path(path))
+        except InputError as error:
+            raise InputError(f"--weights: {error}") from error
         found[name] = Path(path).resolve()
     return found
 
@@ -220,7 +256,7 @@ def summary(rows: Sequence[dict[str, Any]], systems: Sequence[NamedSystem]) -> s
         seconds, memory = _numbers(done, "cpu_seconds"), _numbers(done, "peak_memory_mib")
         mean = sum(seconds) / len(seconds) if seconds else math.nan
         lines.append((system.name, *counts, mean, max(memory, default=math.nan)))
-    return table(("system", "done", "failed", "skipped", "CPU s, mean", "MiB, most"), lines)
+    return table(("system", "done", "failed", "skipped", "CPU s, mean", "memory MiB, most"), lines)
 
 
 def _numbers(rows: Sequence[dict[str, Any]], name: str) -> list[float]:

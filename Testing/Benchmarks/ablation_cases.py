@@ -8,10 +8,12 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from benchmark_cases import STRUCTURES, case_folder, fuse
+from benchmark_cases import STRUCTURES, case_folder, fuse, give_true_cameras
 from scipy.ndimage import find_objects, zoom
+from system_fits import ITERATED
 
 from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.io.truths import load_truth
 from PolyPoseLib.io.volumes import read_volume, write_volume
 from PolyPoseLib.registration.presets import PRESETS
 from PolyPoseLib.simulation.simulate import SimulationOptions
@@ -62,7 +64,12 @@ BODY_AND_ANCHOR = 2
 
 @dataclass(frozen=True)
 class Settings:
-    """One row. photons: per pixel; structures: None for all; what follows erosion_mm: None for the preset's."""
+    """One row.
+
+    photons: per pixel; structures: None for all; weights to rotation_reach_mm: None for the preset's; system: of
+    ``polypose benchmark``, which is given the true cameras, None for a registration that finds them; iterations: None
+    for the system's own.
+    """
 
     anatomy: str
     seed: int
@@ -76,6 +83,13 @@ class Settings:
     weights: str | None = None
     weight_frame: str | None = None
     rotation_reach_mm: float | None = None
+    system: str | None = None
+    iterations: int | None = None
+
+    @classmethod
+    def of(cls, row: Mapping) -> Settings:
+        """Of a row; those that it is too old to have are as usual."""
+        return cls(**row["settings"])
 
     def key(self) -> dict:
         """Ready for JSON; equal for equal rows."""
@@ -87,6 +101,8 @@ class Settings:
         parts += [f"{self.structures}s"] if self.structures else []
         parts += [f"{self.erosion_mm:g}mm"] if self.erosion_mm else []
         parts += [f"reach{self.rotation_reach_mm:g}mm"] if self.rotation_reach_mm else []
+        parts += [self.system] if self.system else []
+        parts += [f"{self.iterations}iterations"] if self.iterations else []
         return "-".join(part for part in parts if part)
 
 
@@ -111,7 +127,16 @@ WEIGHTS = (
     ("m/d², moving (default)", "rigid", "moving"),
 )
 
+REPRESENTATIONS = (
+    ("nothing moves", "rest"),
+    ("polyrigid (ours)", "polypose"),
+    ("dense R3", "dense-r3"),
+    ("dense SE(3)", "dense-se3"),
+)
+"""In words, and the system of ``polypose benchmark``."""
+
 TITLES = {
+    "representation": "Representation of the motion",
     "weights": "Weight functions",
     "rotation_falloff": "Distance at which tissue takes half of a bone's rotation, mm",
     "structures": "Number of structures",
@@ -122,8 +147,19 @@ TITLES = {
 }
 
 
-def points(study: str, anatomy: str, weight_presets: Sequence[str]) -> list[Point]:
-    """The lines of a study."""
+def points(
+    study: str,
+    anatomy: str,
+    weight_presets: Sequence[str],
+    iterations: Sequence[int | None] = (None,),
+) -> list[Point]:
+    """The lines of a study; iterations: of the dense systems, a line each."""
+    if study == "representation":
+        return [
+            Point(words if count is None else f"{words}, {count} iterations", n, _system(system, count))
+            for n, (words, system) in enumerate(REPRESENTATIONS)
+            for count in (iterations if system in ITERATED else (None,))
+        ]
     if study == "weights":
         rows = [(preset, *weights) for preset in weight_presets for weights in WEIGHTS]
         return [
@@ -155,6 +191,10 @@ def points(study: str, anatomy: str, weight_presets: Sequence[str]) -> list[Poin
     return [Point(f"{n:g}", n, {"photons": n}) for n in (5e2, 2e3, 1e4, PHOTONS, 1e6)]
 
 
+def _system(system: str, iterations: int | None) -> dict[str, object]:
+    return {"system": system, "iterations": iterations}
+
+
 def _weights(preset: str, form: str | None, frame: str | None) -> dict[str, str | None]:
     """Options of a weight function; None where it is the preset's own, so that the usual row is not run twice."""
     own = ("mass", "fixed") if preset == "paper" else ("rigid", "moving")
@@ -181,6 +221,8 @@ def prepare(settings: Settings, work: Path) -> tuple[Path, dict[str, str], float
     views = f"{settings.views}x{settings.arc_deg:g}"
     folder = case_folder(settings.anatomy, views, settings.seed, settings.pixels, work, options, name)
     fields = json.loads((folder / "study.json").read_text())
+    if settings.system:
+        give_true_cameras(fields, load_truth(folder / "truth").cameras)
     structures = fields["structures"]
     if settings.structures == BODY_AND_ANCHOR:
         groups = {"body": [name for name in structures if name != fields["anchor"]]}

@@ -18,6 +18,13 @@ TITLE_LETTERS = 48
 """In a line of a plot's title; longer ones run into the next plot's."""
 
 NOTES = {
+    "representation": (
+        "Systems of `polypose benchmark` on the same study, CT and labels, all with the true cameras: one rigid motion "
+        "a bone and soft tissue that follows (the method as it is, its intervals left out), a displacement at every "
+        "node of a grid, and a rigid motion at every node. The dense systems have no poses of bones, take X-rays of "
+        "about 180 pixels and run their published number of iterations unless another is named. CPU s and MiB are of "
+        "the whole process, reading the study included."
+    ),
     "weights": (
         "The weights shape the smooth warp: soft tissue, folds, and how far bones stay rigid within it (TRE and Dice "
         "are of the warp, pose TRE is of the bones' own motions). In the preset paper the warped CT is what is "
@@ -51,6 +58,7 @@ CURVES: tuple[tuple[str, Callable[[dict], float], str, str], ...] = (
 """Name, number, colour and marker of what is plotted, in mm."""
 
 LOGARITHMIC = ("noise",)
+UNORDERED = ("representation", "weights")
 WEIGHT_PRESETS = ("default", "fast", "paper")
 
 
@@ -58,10 +66,11 @@ def write_tables(rows: list[dict], preset: str, path: Path) -> None:
     """One table per anatomy and study, and the machine."""
     parts = [
         "# Ablations\n",
-        "Cases with an independent truth: two views 30 degrees apart unless the table says otherwise; means over "
-        "seeds. TRE: of the transform over a structure's voxels, mean over moving structures; worst: of any structure "
-        "and seed; pose TRE: of the structures' own rigid motions; soft: the transform's error in the body outside "
-        f"all structures. Preset {preset} unless the table says otherwise.\n",
+        "Cases with an independent truth: two views 30 degrees apart unless the table says otherwise; mean(SD) "
+        "over seeds (n - 1), the mean alone for one seed. TRE: of the transform over a structure's voxels, mean over "
+        "moving structures; worst: of the structure with the largest; pose TRE: of the structures' own rigid motions; "
+        f"soft: the transform's error in the body outside all structures. Preset {preset} unless the table says "
+        "otherwise.\n",
     ]
     for anatomy, pixels in _cases(rows):
         for study, title in TITLES.items():
@@ -71,7 +80,9 @@ def write_tables(rows: list[dict], preset: str, path: Path) -> None:
             parts.append(f"## {title} ({anatomy}, {pixels} x {pixels} pixels)\n")
             parts += [NOTES[study] + "\n"] if NOTES[study] else []
             named = [(_label(study, point, chosen), chosen) for point, chosen in groups]
-            parts.append(table([study, "seeds", *(name for name, _, _ in COLUMNS)], mean_rows(named)))
+            parts.append(
+                table([study, "seeds", *(name for name, _, _ in COLUMNS)], mean_rows(named, sd=True))
+            )
     parts.append(measured_on(machine()))
     path.write_text("\n".join(parts), encoding="utf-8")
 
@@ -108,9 +119,9 @@ def plot(rows: list[dict], preset: str, path: Path) -> None:
 
 
 def _panel(axis: Axes, study: str, groups: list[tuple[Point, list[dict]]]) -> None:
-    """One study's curves; weight functions have no order and get no lines."""
+    """One study's curves; lines that have no order are not joined."""
     place = np.array([point.position for point, _ in groups], dtype=float)
-    if study == "weights":
+    if study in UNORDERED:
         place = np.arange(len(groups), dtype=float)
     highest = 0.0
     for name, number, colour, marker in CURVES:
@@ -123,14 +134,14 @@ def _panel(axis: Axes, study: str, groups: list[tuple[Point, list[dict]]]) -> No
         highest = max(highest, np.nanmax(high, initial=0))
         style = {"color": colour, "marker": marker, "markersize": 4.5, "label": name, "capsize": 2}
         spread = [mean - low, high - mean]
-        if study == "weights":
+        if study in UNORDERED:
             axis.errorbar(mean, place, xerr=spread, linestyle="none", **style)
         else:
             axis.errorbar(place, mean, yerr=spread, linewidth=1.4, elinewidth=0.8, **style)
     axis.spines[["top", "right"]].set_visible(False)
     axis.tick_params(labelsize=8)
     limit = 1.08 * highest if highest > 0 else 1.0
-    if study == "weights":
+    if study in UNORDERED:
         axis.set_yticks(place, [point.label for point, _ in groups], fontsize=7)
         axis.invert_yaxis()
         axis.set_xlim(0, limit)
@@ -158,9 +169,10 @@ def _groups(
 ) -> list[tuple[Point, list[dict]]]:
     """A study's lines that there are rows of, each with its rows of all seeds."""
     groups = []
-    for point in points(study, anatomy, WEIGHT_PRESETS):
+    iterations = sorted({Settings.of(row).iterations or 0 for row in rows})
+    for point in points(study, anatomy, WEIGHT_PRESETS, [number or None for number in iterations]):
         wanted = settings_of(point, Settings(anatomy, 0, pixels, preset)).key()
-        chosen = [row for row in rows if row["settings"] | {"seed": 0} == wanted]
+        chosen = [row for row in rows if Settings.of(row).key() | {"seed": 0} == wanted]
         if chosen:
             groups.append((point, chosen))
     # The usual case alone is not a study.

@@ -1,12 +1,12 @@
-"""Ablations: what the weight function, the rotation of tissue with bones, the number of structures, labels that are too
-small, the number of views, the angle between them and noise do to the result.
+"""Ablations: what the representation of the motion, the weight function, the rotation of tissue with bones, the number
+of structures, labels that are too small, the number of views, the angle between them and noise do to the result.
 
-Each study changes one setting of the usual case, two views of the pelvis 30 degrees apart with an independent truth
-(see accuracy.py), and leaves all else as it is; rows that studies share are run once. Every registration runs as its
-own process.
+Each study changes one setting of the usual case, two views of the pelvis or the chest 30 degrees apart with an
+independent truth (see accuracy.py), and leaves all else as it is; rows that studies share are run once. Every
+registration runs as its own process. With several seeds the tables have mean(SD) over them.
 
     python Testing/Benchmarks/ablations.py
-    python Testing/Benchmarks/ablations.py --studies views angle --anatomy pelvis chest --seeds 0 1 2 3 4
+    python Testing/Benchmarks/ablations.py --studies views angle --anatomy pelvis --seeds 0 1 2 3 4
 
 Rows that are in the results file already are not run again unless --again is given; --list prints what is missing.
 """
@@ -24,6 +24,7 @@ from ablation_tables import plot, write_tables
 from benchmark_cases import STRUCTURES
 from benchmark_runs import RESULTS, register_and_score
 from benchmark_tables import machine
+from system_fits import fit_and_score
 
 from PolyPoseLib.io.truths import load_truth
 
@@ -33,6 +34,7 @@ def main() -> int:
     arguments = parse_arguments()
     store = arguments.output / f"{arguments.name}.json"
     rows = json.loads(store.read_text())["rows"] if store.is_file() else []
+    rows = [row | {"settings": Settings.of(row).key()} for row in rows]
     wanted = list(planned(arguments))
     if not arguments.again:
         done = [row["settings"] for row in rows]
@@ -59,7 +61,7 @@ def parse_arguments() -> argparse.Namespace:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--studies", nargs="+", choices=tuple(TITLES), default=list(TITLES))
-    parser.add_argument("--anatomy", nargs="+", choices=tuple(STRUCTURES), default=["pelvis"])
+    parser.add_argument("--anatomy", nargs="+", choices=tuple(STRUCTURES), default=list(STRUCTURES))
     parser.add_argument("--seeds", nargs="+", type=int, default=[0])
     parser.add_argument(
         "--preset", choices=("default", "fast", "paper"), default="default", help="of all studies but weights"
@@ -70,6 +72,13 @@ def parse_arguments() -> argparse.Namespace:
         choices=("default", "fast", "paper"),
         default=["default", "paper"],
         help="of the study of weights (default: default paper)",
+    )
+    parser.add_argument(
+        "--iterations",
+        type=int,
+        metavar="N",
+        help="of the dense systems in the study of representations (default: the published 501, about ten CPU "
+        "minutes each)",
     )
     parser.add_argument("--pixels", type=int, default=400, help="rows and columns of an X-ray of 430 mm")
     parser.add_argument("--threads", type=int, help="of a registration (default: all)")
@@ -91,7 +100,7 @@ def planned(arguments: argparse.Namespace) -> Iterator[Settings]:
         for anatomy in arguments.anatomy:
             base = Settings(anatomy, seed, arguments.pixels, arguments.preset)
             for study in arguments.studies:
-                for point in points(study, anatomy, arguments.weight_presets):
+                for point in points(study, anatomy, arguments.weight_presets, [arguments.iterations]):
                     settings = settings_of(point, base)
                     if settings not in seen:
                         seen.add(settings)
@@ -102,7 +111,10 @@ def run_row(settings: Settings, arguments: argparse.Namespace) -> dict:
     """Simulate if necessary, register, score."""
     study, stands_for, kept = prepare(settings, arguments.work)
     truth = load_truth(study.parent / "truth")
-    row = register_and_score(study, truth, settings.tag(), arguments, stands_for=stands_for)
+    if settings.system:
+        row = fit_and_score(study, truth, settings.system, settings.iterations, arguments)
+    else:
+        row = register_and_score(study, truth, settings.tag(), arguments, stands_for=stands_for)
     return row | {"kept_percent": kept}
 
 

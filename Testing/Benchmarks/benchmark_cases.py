@@ -134,11 +134,16 @@ def fused_study(folder: Path) -> dict[str, str]:
 def study_of_true_cameras(folder: Path, cameras: Sequence[Camera]) -> Path:
     """Write study_true_cameras.json, in which every camera is known and true; returns its path."""
     fields = json.loads((folder / "study.json").read_text())
-    for xray, camera in zip(fields["xrays"], cameras, strict=True):
-        xray |= {"camera": "known", "extrinsic": camera.extrinsic.tolist()}
+    give_true_cameras(fields, cameras)
     path = folder / "study_true_cameras.json"
     path.write_text(json.dumps(fields, indent=1))
     return path
+
+
+def give_true_cameras(fields: dict, cameras: Sequence[Camera]) -> None:
+    """Make every camera in a study's fields known and true."""
+    for xray, camera in zip(fields["xrays"], cameras, strict=True):
+        xray |= {"camera": "known", "extrinsic": camera.extrinsic.tolist()}
 
 
 def fuse(

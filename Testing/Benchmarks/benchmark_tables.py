@@ -109,8 +109,12 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     return "\n".join(_line(cells) for cells in (head, ["---"] * len(head), *rows)) + "\n"
 
 
-def mean_rows(groups: Iterable[tuple[str, list[dict]]]) -> list[list[str]]:
-    """Cells of COLUMNS per group of rows: means over them (the worst TRE is the worst of all)."""
+def mean_rows(groups: Iterable[tuple[str, list[dict]]], sd: bool = False) -> list[list[str]]:
+    """Cells of COLUMNS per group of rows: means over them (the worst TRE is the worst of all).
+
+    sd: mean(SD) over them instead, n - 1, in every column, so that the worst TRE is a mean of worst ones; the mean
+    alone where one row has a number.
+    """
     lines = []
     for name, rows in groups:
         scored = [row for row in rows if "failed" not in row]
@@ -119,8 +123,9 @@ def mean_rows(groups: Iterable[tuple[str, list[dict]]]) -> list[list[str]]:
         for column, number, form in COLUMNS:
             values = np.array([number(row) for row in scored], dtype=float)
             values = values[np.isfinite(values)]
-            reduce = np.max if column.startswith("worst") else np.mean
-            cells.append(form.format(reduce(values)) if len(values) else "-")
+            reduce = np.max if column.startswith("worst") and not sd else np.mean
+            cell = form.format(reduce(values)) if len(values) else "-"
+            cells.append(f"{cell}({form.format(np.std(values, ddof=1))})" if sd and len(values) > 1 else cell)
         lines.append(cells)
     return lines
 

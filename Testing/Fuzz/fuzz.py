@@ -153,9 +153,8 @@ def _child(name: str, seed: int, seconds: float, findings: Path) -> int:
             try:
                 assert_one_sentence(error)
                 text = str(error)
-                assert text.isprintable() and (
-                    subject.path.stem in text or subject.path.parent.name in text
-                ), text
+                names = filter(None, (subject.path.stem, subject.path.parent.name, subject.part_of))
+                assert text.isprintable() and any(name in text for name in names), text
             except (AssertionError, UnicodeError) as fault:
                 _finding(fault, error)
         except Exception as error:

@@ -19,9 +19,11 @@ def test_nothing_but_values_and_sentences(name, tmp_path):
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_every_sound_file_is_read(name, tmp_path):
-    for subject in TARGETS[name](tmp_path):
+    subjects = TARGETS[name](tmp_path)
+    for subject in subjects:
         subject.path.write_bytes(subject.packed(subject.whole))
+    for read in dict.fromkeys(subject.read for subject in subjects):
         try:
-            subject.read()
+            read()
         except InputError as error:
             assert name == "camera_model", error

@@ -7,17 +7,20 @@ from dataclasses import dataclass
 
 from PolyPoseLib.data.progress import Progress
 
+RUNNING = "running"
+"""Status of a run that has begun."""
+
 
 @dataclass(frozen=True)
 class BenchmarkProgress(Progress):
-    """One system has ended on one case.
+    """One system has begun or ended on one case.
 
     Parameters
     ----------
     case, system : str
         Which.
     status : str
-        "done", "failed" or "skipped".
+        "running", or "done", "failed" or "skipped" once it has ended.
     reused : bool
         Whether the row is of an earlier run.
 

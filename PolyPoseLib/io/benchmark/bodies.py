@@ -39,8 +39,10 @@ def organs_of(names: Mapping[int, str], wanted: Sequence[str]) -> Labels:
     return {name: tuple(numbers[name]) for name in wanted if name in numbers}
 
 
-def anchor_of(bones: Mapping[str, object], common: Mapping[str, object], preferred: Sequence[str]) -> str:
-    """The first preferred bone that both scans show; raises InputError without any bone in both."""
+def anchor_of(
+    bones: Mapping[str, object], common: Mapping[str, object], preferred: Sequence[str], where: object
+) -> str:
+    """The first preferred bone that both scans show; raises InputError, beginning with ``where``, without any."""
     for name in preferred:
         if name in bones and name in common:
             return name
@@ -48,5 +50,6 @@ def anchor_of(bones: Mapping[str, object], common: Mapping[str, object], preferr
         if name in common:
             return name
     raise InputError(
-        "the two scans have no bone in common: segment both by TotalSegmentator, or give labels with the same names."
+        f"{where}: the two scans have no bone in common: segment both by TotalSegmentator, or give labels with the "
+        "same names."
     )

@@ -76,7 +76,10 @@ def cases(root: Path, subject: str, views: Sequence[str]) -> Iterator[BenchmarkC
         fluoro = deepfluoro_hdf5.read_subject(root, place.name)
     else:
         fluoro = deepfluoro_folder.read_subject(place, root)
-    structures = structures_from_labels(fluoro.labels, _bones(fluoro), fluoro.ct)
+    try:
+        structures = structures_from_labels(fluoro.labels, _bones(fluoro), fluoro.ct)
+    except InputError as error:
+        raise InputError(f"{root}, {subject}: {error}") from error
     for frames in wanted:
         missing = [number for number in frames if number not in fluoro.frames]
         if missing:

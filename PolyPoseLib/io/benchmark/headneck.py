@@ -105,7 +105,7 @@ def _read(folder: Path, root: Path, subject: str) -> TwoScans:
     bones = bones_of(first_labels.names)
     if not any(map(is_bone, first_labels.names.values())):
         raise InputError(f"{folder}: the first CT's labels name no bone: {_SEGMENT}.")
-    anchor = anchor_of(bones, bones_of(second_labels.names), ANCHORS)
+    anchor = anchor_of(bones, bones_of(second_labels.names), ANCHORS, folder)
     return TwoScans(
         dataset=DATASET,
         subject=subject,
@@ -145,7 +145,10 @@ def _scans(folder: Path, root: Path) -> list[_Scan]:
 def _read_scan(scan: _Scan, root: Path) -> tuple[Volume, NamedLabels, tuple[str, ...]]:
     """A CT, its labels and what is odd about it; raises InputError."""
     if scan.labels is None:
-        raise InputError(f"{scan.ct}: the CT has no labels (labels_{scan.number}.nii.gz): {_SEGMENT}.")
+        drawn = "" if scan.series is None else ", nor is there a structure set drawn on it that can be read"
+        raise InputError(
+            f"{scan.ct}: the CT has no labels (there is no labels_{scan.number}.nii.gz{drawn}): {_SEGMENT}."
+        )
     ct, odd = read_ct_with_warnings(inside(scan.ct, root), scan.series)
     labels = read_named_labels(inside(scan.labels, root), ct)
     return ct, labels, odd

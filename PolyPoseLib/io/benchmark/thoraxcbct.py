@@ -134,7 +134,8 @@ def _read(root: Path, later: str, subject: str) -> TwoScans:
     bones = bones_of(first_labels.names, fused_spine=True)
     if not bones:
         raise InputError(f"{root / 'labelsTr' / planning}: the labels name no bone: {_SEGMENT}.")
-    anchor = anchor_of(bones, bones_of(second_labels.names, fused_spine=True), ANCHORS)
+    common = bones_of(second_labels.names, fused_spine=True)
+    anchor = anchor_of(bones, common, ANCHORS, root / "labelsTr" / later)
     return TwoScans(
         dataset=DATASET,
         subject=subject,

@@ -18,6 +18,15 @@ from PolyPoseLib.evaluation.benchmark.statistics import (
 
 LONGEST_REASON = 300
 
+MEANINGS = {
+    "Dice": "overlap with the truth, from 0 to 1",
+    "HD95": "95th percentile of the distance between the surfaces or outlines",
+    "TRE": "mean distance from where a structure's voxels are put to where they belong",
+    "SD log|J|": "how unevenly volume changes, the standard deviation of the logarithm of the Jacobian determinant",
+    "time": "of the system alone, without reading and scoring",
+}
+"""What a measure is, for those who meet it first in the table."""
+
 _VIEWS = re.compile(r"([0-9]{1,6})(?:x([0-9.]+)|-frames)", re.ASCII)
 
 
@@ -67,6 +76,12 @@ def notes(table: Table, rows: Sequence[Row]) -> list[str]:
         if table.subjects > 1
         else "One subject: means without standard deviations."
     ]
+    measures = {column.measure for column in table.columns}
+    meanings = [f"{measure}: {meaning}" for measure, meaning in MEANINGS.items() if measure in measures]
+    if meanings:
+        sentences.append(
+            f"{'; '.join(meanings)}. Groups: means over their structures, the anchor among them."
+        )
     if any(line.system == REFERENCE for line in table.lines):
         sentences.append(f'"{REFERENCE}" does nothing and has no rank.')
     if any(not line.is_whole and line.done for line in table.lines):

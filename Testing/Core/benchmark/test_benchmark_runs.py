@@ -88,13 +88,15 @@ def test_what_is_finished_is_not_run_again_until_something_changes(home):
     first = run(home, "rest", "m=my_systems:Mine", progress=steps.append)
     assert started == ["know_cases", "run_system", "run_system"]
     assert [(each.system, each.status, each.reused, each.iteration, each.of) for each in steps] == [
+        ("rest", "running", False, 0, 2),
         ("rest", "done", False, 1, 2),
+        ("m", "running", False, 1, 2),
         ("m", "done", False, 2, 2),
     ]
-    assert json.loads(steps[1].to_json())["system"] == "m"
+    assert json.loads(steps[3].to_json())["system"] == "m"
     started.clear()
     assert run(home, "rest", "m=my_systems:Mine", progress=steps.append) == first and not started
-    assert [each.reused for each in steps] == [False, False, True, True]
+    assert [each.reused for each in steps] == [False] * 4 + [True, True]
     # A user's own system was changed.
     (home / "my_systems.py").write_text(MY_SYSTEMS + "\n# changed\n")
     run(home, "rest", "m=my_systems:Mine")
@@ -222,9 +224,10 @@ def test_a_case_that_cannot_be_read_gives_every_system_a_row_without_a_patients_
     (home / "data/case-1").rename(home / "data/Doe, John")
     (home / "data/Doe, John/truth/truth.json").write_text("{")
     (subject,) = READERS["simulated"].subjects(home / "data")
-    rows = run(home, "rest", "polypose", subject=subject)
-    assert started == ["know_cases"]
-    assert [row["status"] for row in rows] == ["failed", "failed"]
+    rows = run(home, "rest", "polypose", subject=subject, views=("own", "2x30"))
+    assert started == ["know_cases"] * 2
+    assert [row["status"] for row in rows] == ["failed"] * 4
+    assert caplog.text.count("could not be read") == 1  # the same for all systems and views
     assert all(
         row["reason"].startswith(f"The case could not be read: {subject}/truth/truth.json: ") for row in rows
     )

@@ -87,8 +87,13 @@ def test_a_crash_is_a_row_and_the_other_system_has_its_scores(data, tmp_path):
         (["--views", "10+9"], "are none: give a number of views"),
         (["--weights", "polypose"], "write SYSTEM=FILE"),
         (["--weights", "polypose="], "write SYSTEM=FILE"),
-        (["--weights", "liftreg=absent.pt"], 'The system "liftreg" is not known'),
-        (["--weights", "polypose=absent.pt"], "there is no such file: give the weights of polypose"),
+        (
+            ["--weights", "liftreg=absent.pt"],
+            '"liftreg" is not among the systems that run: add it to --methods',
+        ),
+        (["--weights", "liftrg=absent.pt"], 'The system "liftrg" is not known'),
+        (["--methods", "rigid", "--weights", "rigid=absent.pt"], "absent.pt: there is no such file"),
+        (["--weights", "polypose=absent.pt"], '"polypose" takes no weights'),
         (["--threads", "0"], "--threads is 0"),
         (["--jobs", "-1"], "--jobs is -1"),
         (["--seed", "-1"], "--seed is -1"),
@@ -130,7 +135,8 @@ def test_the_list_needs_no_data_and_says_what_can_run_here(capsys, monkeypatch):
         main(["benchmark", "--list"])
     lines = capsys.readouterr().out.splitlines()[2:]
     assert ending.value.code == 0 and [line.split()[0] for line in lines] == list(SYSTEMS)
-    assert re.fullmatch(r"polypose +- +yes", lines[1])
+    assert re.fullmatch(r"polypose +the default method +- +- +yes", lines[1])
+    assert re.fullmatch(r"liftreg +trained network LiftReg +needed +- +yes", lines[-2])
 
 
 @pytest.mark.long

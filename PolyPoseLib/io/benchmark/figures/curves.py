@@ -108,10 +108,13 @@ def draw_curves(rows: Sequence[Row]) -> Figure | None:
         for number, arc in enumerate(arcs):
             place = places[row, number]
             _draw(place, series.get((column, arc), {}), styles, bars=column.measure == "Dice")
-            _dress(place, column, counts[arc], _highest(series, column))
             if row == 0:
                 place.set_title(f"over {arc:g} degrees", fontsize=TEXT, color=INK)
         places[row, 0].set_ylabel(_label(column), fontsize=SMALL, color=INK)
+    # Limits that a row shares stay as they are once they are set: only when all of it is drawn.
+    for row, column in enumerate(columns):
+        for number, arc in enumerate(arcs):
+            _dress(places[row, number], column, counts[arc], _highest(series, column))
     for place in places[-1]:
         place.set_xlabel("number of X-rays", fontsize=SMALL, color=INK)
     figure.suptitle(_heading(rows), fontsize=TEXT + 1, color=INK, weight="bold")

@@ -189,3 +189,27 @@ def test_figures_are_one_per_data_set(tmp_path):
     assert [each.name for each in tmp_path.iterdir()] == ["in"]
     with pytest.raises(InputError, match="no rows"):
         write_figures([], tmp_path)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_no_point_lies_beyond_the_limits_that_its_row_shares(seed):
+    """The arc that is drawn last may hold the lowest and the highest of all."""
+    rng = np.random.default_rng(seed)
+    rows = [
+        row(
+            system,
+            f"s{n}",
+            float(rng.uniform(0.05, 0.99)),
+            views=views,
+            folds=float(10 ** rng.uniform(-4, 2)),
+        )
+        for system in ("a", "b", "polypose", "rest")
+        for views in ("2x180", "3x120", "2x60", "4x30")
+        for n in range(2)
+    ]
+    figure = draw_curves(rows)
+    assert figure is not None and len(figure.axes) == 8
+    for place in figure.axes:
+        low, high = place.get_ylim()
+        drawn = [float(y) for line in place.lines for y in line.get_ydata()]
+        assert len(drawn) >= 8 and low < min(drawn) and max(drawn) < high

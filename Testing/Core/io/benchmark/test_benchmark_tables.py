@@ -225,3 +225,19 @@ def test_rows_that_make_no_table_are_refused(rows, tmp_path, change, word):
     with pytest.raises(InputError, match=word):
         write_tables(rows, tmp_path)
     assert not list(tmp_path.iterdir())
+
+
+def test_every_measure_of_the_table_is_explained_below_it(tmp_path):
+    rows = [row("rest", f"s{n}", 0.5, hd95=2.0 + n) for n in range(3)]
+    for each in rows:
+        each["scores"]["groups"]["bones"]["tre_mean_mm"] = 1.5
+    write_tables(rows, tmp_path)
+    text = (tmp_path / "table-drawn-2x30.md").read_text()
+    head, notes = text.splitlines()[2], text[text.index("\n- ") :]
+    titles = re.split(r"(?<!\\) \| ", head.strip("| "))
+    measures = {title.rpartition(": ")[2].partition(" (")[0] for title in titles[2:]}
+    assert measures == {"Dice", "HD95", "TRE", "folds", r"SD log\|J\|", "time", "CPU time", "peak memory"}
+    plain = {"CPU time", "peak memory"}  # they say what they are
+    assert all(
+        f"{measure}: " in notes or f"{measure.capitalize()}: " in notes for measure in measures - plain
+    )

@@ -183,6 +183,7 @@ PELVIS = "17-1882/projections/009/gt-poses/cam-to-pelvis-vol"
         (_replaced("17-1882/vol-seg/image/pixels", np.full((5, 5, 5), 1.5)), "whole numbers"),
         (_replaced("17-1882/vol-seg/image/pixels", np.full((5, 5, 5), 2**31, "u4")), "labels run from"),
         (_replaced("17-1882/vol-seg/image/origin", [[900.0]] * 3), "another grid"),
+        (_replaced("17-1882/vol-seg/image/pixels", np.full(replica.SHAPE, 5, "u1")), "nothing of the pelvis"),
         (_replaced("17-1882/projections/009/image/pixels", np.zeros((9, 9), "f4")), "the detector"),
         (_replaced("17-1882/projections/009/image/pixels", np.ones((1536, 1536), "f4")), "no detector's intensities"),
         (lambda copy: copy["17-1882"].pop("vol-seg"), '"vol-seg"'),
@@ -254,4 +255,13 @@ def test_a_mask_of_the_folder_that_is_no_label_map_is_told(tmp_path):
     image[3, 4, 5] = 4.5
     sitk.WriteImage(image, str(mask))
     with pytest.raises(InputError, match=r"mask\.nii\.gz: its labels are not whole numbers"):
+        list(deepfluoro.cases(tmp_path, "subject01", []))
+
+
+def test_a_mask_of_the_folder_without_a_pelvis_is_told_with_its_place(tmp_path):
+    replica.write_folder(tmp_path, frames=(9, 10))
+    mask = tmp_path / "subject01/mask.nii.gz"
+    image = sitk.ReadImage(str(mask))
+    sitk.WriteImage(image * (image == 5), str(mask))
+    with pytest.raises(InputError, match=r"subject01: the labels hold nothing of the pelvis"):
         list(deepfluoro.cases(tmp_path, "subject01", []))

@@ -5,8 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
-from pydicom.uid import generate_uid
-from segment_files import item, saved, structure_set
+from dicom_postures import write_dicom
 from two_postures import (
     C5,
     C5_CENTRE,
@@ -128,59 +127,6 @@ def test_cases_come_one_at_a_time(root, monkeypatch):
     assert next(found).views == "2x180" and len(rendered) == 3
 
 
-def _contours(labels, affine, number):
-    """A square around a label in every slice that holds it."""
-    contours = []
-    for k in np.flatnonzero((labels == number).any(axis=(1, 2))):
-        j, i = np.nonzero(labels[k] == number)
-        corners = [
-            (i.min() - 0.5, j.min() - 0.5),
-            (i.max() + 0.5, j.min() - 0.5),
-            (i.max() + 0.5, j.max() + 0.5),
-            (i.min() - 0.5, j.max() + 0.5),
-        ]
-        contours.append(moved(affine, np.array([[*corner, k] for corner in corners], float)))
-    return contours
-
-
-def _write_dicom(folder, is_second, date, names):
-    """A CT series and the structure set drawn on it, each in a folder of its own, as the archive delivers them."""
-    from dicom_stack import header
-    from pydicom.uid import CTImageStorage
-
-    affine = grids()[0].copy()
-    if is_second:
-        affine = REPOSITIONED @ affine
-    hu, labels = scan(is_second, affine)
-    study, series, frame = (generate_uid() for _ in range(3))
-    place = folder / f"{date}-RTHEADNECK" / "2.000000-CT"
-    place.mkdir(parents=True)
-    spacing = np.linalg.norm(affine[:3, :3], axis=0)
-    axes = affine[:3, :3] / spacing
-    for k, voxels in enumerate(hu):
-        file = header(series, CTImageStorage, *voxels.shape)
-        file.PatientName, file.PatientID = "Miller^Anna", "4711"
-        file.StudyInstanceUID, file.FrameOfReferenceUID = study, frame
-        file.StudyDate, file.StudyTime, file.SeriesNumber, file.InstanceNumber = date, "120000", 2, k + 1
-        file.ImagePositionPatient = [f"{value:.8f}"[:16] for value in moved(affine, np.array([0.0, 0, k]))]
-        file.ImageOrientationPatient = [f"{value:.12f}"[:16] for value in axes[:, :2].T.ravel()]
-        file.PixelSpacing = [float(spacing[1]), float(spacing[0])]
-        file.RescaleSlope, file.RescaleIntercept = 1, -1024
-        file.PixelData = (voxels + 1024).astype("<u2").tobytes()
-        file.save_as(place / f"1-{k + 1:03d}.dcm", enforce_file_format=True)
-    whole = structure_set({name: _contours(labels, affine, number) for name, number in names.items()}, frame)
-    whole.StudyInstanceUID, whole.StudyDate, whole.PatientName = study, date, "Miller^Anna"
-    reference = item(
-        RTReferencedStudySequence=[item(RTReferencedSeriesSequence=[item(SeriesInstanceUID=series)])]
-    )
-    whole.ReferencedFrameOfReferenceSequence[
-        0
-    ].RTReferencedStudySequence = reference.RTReferencedStudySequence
-    drawn = folder / f"{date}-RTHEADNECK" / "1.000000-Structures"
-    drawn.mkdir()
-    saved(whole, drawn / "1-1.dcm")
-
-
 NAMES = {"Skull": SKULL, "C5": C5, "Trachea": TRACHEA}
 
 
@@ -188,8 +134,8 @@ NAMES = {"Skull": SKULL, "C5": C5, "Trachea": TRACHEA}
 def archive(tmp_path_factory):
     """The later study's folder sorts first, and the patient's folder carries a name."""
     root = tmp_path_factory.mktemp("archive")
-    _write_dicom(root / "Miller_Anna", True, "20100301", NAMES)
-    _write_dicom(root / "Miller_Anna", False, "20091022", NAMES)
+    write_dicom(root / "Miller_Anna", True, "20100301", NAMES)
+    write_dicom(root / "Miller_Anna", False, "20091022", NAMES)
     return root
 
 
@@ -242,6 +188,18 @@ def test_missing_labels_are_named_with_the_fix(tmp_path):
     (folder / "labels_2.nii.gz").unlink()
     said = _refusal(tmp_path)
     assert "labels_2.nii.gz" in said and "TotalSegmentator" in said
+
+
+def test_a_structure_set_that_cannot_be_read_is_no_reason_to_look_for_missing_files_only(archive, tmp_path):
+    root = tmp_path / "copy"
+    shutil.copytree(archive, root)
+    (drawn,) = root.glob("*/20100301*/1.000000-Structures/1-1.dcm")
+    drawn.write_bytes(drawn.read_bytes()[:200])
+    (subject,) = headneck.subjects(root)
+    with pytest.raises(
+        InputError, match=r"labels_2\.nii\.gz, nor is there a structure set drawn on it that can be"
+    ):
+        list(headneck.cases(root, subject, ["2x180"]))
 
 
 def test_labels_of_another_scan_are_refused(tmp_path):

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+import SimpleITK as sitk
 from two_postures import (
     C5,
     C5_MOTION,
@@ -135,3 +136,14 @@ def test_a_structure_that_the_planning_ct_cuts_off_is_scored_where_it_is_known(t
     lowest = moved(short, np.zeros(3))[2]
     assert points[:, 2].min() > lowest - 3 and points[:, 2].max() > lowest + 20
     assert dice_of(case, (LIVER,), np.eye(4)) > 0.7
+
+
+def test_labels_without_a_common_bone_are_told_with_their_file(tmp_path):
+    root = _write(tmp_path, 3)
+    labels = root / "labelsTr/ThoraxCBCT_0003_0001.nii.gz"
+    image = sitk.ReadImage(str(labels))
+    sitk.WriteImage(image * (image == LIVER), str(labels))
+    with pytest.raises(
+        InputError, match=r"ThoraxCBCT_0003_0001\.nii\.gz: the two scans have no bone in common"
+    ):
+        list(thoraxcbct.cases(root, "0003-1", ["2x30"]))
