@@ -74,6 +74,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(argv: Sequence[str] | None) -> int:
     """Run one subcommand; whatever goes wrong is raised."""
+    # Between the many short loops idle threads of OpenMP would spin, and take the cores from what runs beside them.
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     arguments = build_parser().parse_args(argv)
     from PolyPoseLib.cli._console import libraries_quiet, start_logging
 

@@ -15,6 +15,7 @@ from PolyPoseLib.evaluation.calibration import interval_ratios
 from PolyPoseLib.evaluation.metrics import mask_points, structure_errors
 from PolyPoseLib.evaluation.score import camera_errors
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.registration.uncertainty.doubts import WIDE_MM
 
 FAILED_MM, RIGHT_MM = 3.0, 1.5
 """Mean error over a bone's voxels beyond which it failed, and within which it is right; they scale with the anatomy."""
@@ -97,6 +98,12 @@ def is_inside(bone: Mapping[str, Any]) -> bool:
     """Whether a bone's error lies inside the interval that was stated with it."""
     ratio = bone["interval_ratio"]
     return ratio is not None and ratio <= 1
+
+
+def is_called_uncertain(bone: Mapping[str, Any], row: Mapping[str, Any]) -> bool:
+    """Whether a result names reasons to doubt a bone for the width of its interval."""
+    widest = max((bone[key] for key in ("along_mm", "across_mm") if bone[key] is not None), default=0.0)
+    return widest > WIDE_MM * row["size_factor"]
 
 
 def silent_failures(row: Mapping[str, Any]) -> list[str]:

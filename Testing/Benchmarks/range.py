@@ -1,8 +1,8 @@
 """How far may bones have moved? The motions of accuracy.py, times 1 to 3.
 
 Every case is registered as a process of its own, as a user does it. Counted are bones off by more than 3 mm, and of
-these the announced ones: flagged, inside their stated 95 % region, or of a result that is refused or distrusted. The
-others are silent failures.
+these the announced ones: flagged, inside their stated 95 % region, or of a result that is refused or distrusted; and those
+which the result only calls uncertain, in its report and on the command line. The others are silent failures.
 
     python Testing/Benchmarks/range.py --anatomy pelvis --scales 1 2.5 --seeds 0
 
@@ -20,7 +20,7 @@ import numpy as np
 from benchmark_cases import STRUCTURES, case_folder
 from benchmark_store import MAKING, Row, Store, add_run_arguments, machines, parsed, register_row
 from benchmark_tables import table
-from degraded_scores import FAILED_MM, score_folder, silent_failures
+from degraded_scores import FAILED_MM, RIGHT_MM, is_called_uncertain, score_folder, silent_failures
 
 from PolyPoseLib.io.truths import load_truth
 from PolyPoseLib.simulation.simulate import SimulationOptions
@@ -34,8 +34,9 @@ LEGEND = """\
 scale: factor on the motions of accuracy.py; a posture in which bones would collide is drawn again, and shrunk in the
 end, so rest, the error of doing nothing, grows less. mean, worst: over moving bones, of the mean distance between where
 a bone's voxels are found and where they are, by the bone's own pose, in mm. failed: bones off by more than 3 mm;
-announced: of these, flagged, inside their stated 95 % region, or of a case that does not end at exit 0; silent: the
-others.
+announced: of these, flagged, inside their stated 95 % region, or of a case that does not end at exit 0; only uncertain:
+outside their region, but called uncertain in the report because it is wide; silent: the others. right but uncertain: of
+bones within 1.5 mm, those flagged or called uncertain.
 """
 
 
@@ -96,7 +97,8 @@ def write_tables(rows: list[Row], path: Path) -> None:
     for anatomy, views, pixels in dict.fromkeys((r["anatomy"], r["views"], r["pixels"]) for r in rows):
         mine = [r for r in rows if (r["anatomy"], r["views"], r["pixels"]) == (anatomy, views, pixels)]
         parts.append(f"## {anatomy}, views {views}, {pixels} x {pixels} pixels\n")
-        head = ["scale", "seeds", "rest mm", "mean mm", "worst mm", "failed", "announced", "silent", "exit"]
+        head = ["scale", "seeds", "rest mm", "mean mm", "worst mm", "failed", "announced"]
+        head += ["only uncertain", "silent", "right but uncertain", "exit"]
         lines = [
             _cells(scale, [row for row in mine if row["scale"] == scale])
             for scale in sorted({row["scale"] for row in mine})
@@ -117,7 +119,11 @@ def _cells(scale: float, rows: list[Row]) -> list[str]:
     errors = np.array([bone["tre_mean_mm"] for bone in bones])
     rest = np.array([bone["rest_mm"] for bone in bones])
     failed = int((errors > FAILED_MM).sum())
-    silent = sum(len(silent_failures(row)) for row in rows)
+    missed = [(row["bones"][name], row) for row in rows for name in silent_failures(row)]
+    silent = sum(not is_called_uncertain(bone, row) for bone, row in missed)
+    right = [(bone, row) for row in rows for bone in row.get("bones", {}).values()]
+    right = [(bone, row) for bone, row in right if bone["tre_mean_mm"] <= RIGHT_MM]
+    doubted = sum(bone["flagged"] or is_called_uncertain(bone, row) for bone, row in right)
     statuses = [row["exit_status"] for row in rows]
     exits = ", ".join(f"{status} x {statuses.count(status)}" for status in sorted(set(statuses)))
     numbers = (
@@ -130,8 +136,10 @@ def _cells(scale: float, rows: list[Row]) -> list[str]:
         str(len(rows)),
         *numbers,
         f"{failed} of {len(bones)}",
-        str(failed - silent),
+        str(failed - len(missed)),
+        str(len(missed) - silent),
         str(silent),
+        f"{doubted} of {len(right)}",
         exits,
     ]
 
