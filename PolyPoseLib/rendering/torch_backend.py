@@ -43,7 +43,7 @@ class TorchBackend:
         """
         volume, count = self.on_device(voxels), len(rays.source)
         high = self._exact(np.array(voxels.shape[::-1]) - 1).expand(count, 3)
-        found = bundle(rays, torch.zeros_like(high), high, *self._seen(occupied, np.zeros(3), rays))
+        found = bundle(rays, torch.zeros_like(high), high, *self.seen(occupied, np.zeros(3), rays))
         if moments:
             return all_moments(Atlas.of([volume]), torch.zeros_like(found.image), found, rays)
         image = torch.zeros(count * rays.rows * rays.columns, device=self.device)
@@ -60,7 +60,7 @@ class TorchBackend:
             for value in (field.low, field.high, field.scale, field.offset)
         )
         reach = np.abs(field.vectors).reshape(-1, 3).max(axis=0)
-        found = bundle(own, low[None], high[None], *self._seen(occupied, reach, own))
+        found = bundle(own, low[None], high[None], *self.seen(occupied, reach, own))
         vectors = torch.as_tensor(field.vectors, device=self.device).permute(3, 0, 1, 2)[None]
         to_field = _normalising(vectors.shape[2:], scale, offset)
         to_volume = _normalising(volume.shape, torch.ones_like(scale), torch.zeros_like(offset))
@@ -96,7 +96,7 @@ class TorchBackend:
             self._resident[id(voxels)] = known
         return known[1]
 
-    def _seen(
+    def seen(
         self, occupied: OccupiedBlocks | None, reach: np.ndarray, rays: ImageRays
     ) -> tuple[Tensor, Tensor]:
         """Depths (S, rows, columns) between which anything is to be seen; reach: (3,) of displacements, in indices."""

@@ -37,7 +37,7 @@ def faster_of(backends: Sequence[Backend], seconds: float = SECONDS) -> Backend:
         One of them.
 
     """
-    body, camera = _sample()
+    body, camera = sample()
     took = [_seconds_of(backend, body, camera, seconds / len(backends)) for backend in backends]
     best = int(np.argmin(took))
     told = ", ".join(f"{each.name} {1e3 * t:.1f} ms" for each, t in zip(backends, took, strict=True))
@@ -62,7 +62,7 @@ def _seconds_of(backend: Backend, body: Body, camera: Camera, seconds: float) ->
     return float(np.median(times))
 
 
-def _sample() -> tuple[Body, Camera]:
+def sample() -> tuple[Body, Camera]:
     """A ball with texture in the middle of a view."""
     middle = (_EDGE - 1) / 2
     grid = np.indices((_EDGE,) * 3) - middle

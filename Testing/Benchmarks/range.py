@@ -1,8 +1,8 @@
 """How far may bones have moved? The motions of accuracy.py, times 1 to 3.
 
 Every case is registered as a process of its own, as a user does it. Counted are bones off by more than 3 mm, and of
-these the announced ones: flagged, inside their stated 95 % region, or of a result that is refused or distrusted; and those
-which the result only calls uncertain, in its report and on the command line. The others are silent failures.
+these the announced ones: flagged, inside their stated 95 % region, or of a result that is refused or distrusted; and
+those that the result only calls uncertain, in its report and on the command line. The others are silent failures.
 
     python Testing/Benchmarks/range.py --anatomy pelvis --scales 1 2.5 --seeds 0
 

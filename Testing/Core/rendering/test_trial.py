@@ -11,7 +11,7 @@ from PolyPoseLib.rendering.numba_backend import NumbaBackend
 from PolyPoseLib.rendering.rigid import project_body
 from PolyPoseLib.rendering.select import device_of, select_backend
 from PolyPoseLib.rendering.torch_backend import TorchBackend
-from PolyPoseLib.rendering.trial import _sample, faster_of
+from PolyPoseLib.rendering.trial import faster_of, sample
 
 
 class Slow(TorchBackend):
@@ -42,7 +42,7 @@ def test_without_time_every_one_renders_once_all_the_same():
 
 def test_the_sample_is_seen_alike():
     pytest.importorskip("numba")
-    body, camera = _sample()
+    body, camera = sample()
     one, other = (
         project_body(body, camera, np.eye(4), 2.0, backend).image
         for backend in (NumbaBackend(), TorchBackend())
