@@ -7,7 +7,7 @@ process of its own, as a user does it. From the poses that were found, and from 
 into the open mouth by both smooth warps and composed of rigid bones (`jaw_teeth`).
 
     python Testing/Benchmarks/jaw.py --head FOLDER
-    python Testing/Benchmarks/jaw.py --head FOLDER --degrees 25 --seeds 0 --picture
+    python Testing/Benchmarks/jaw.py --head FOLDER --picture
 
 Rows that are in the results file already are not run again unless --again is given.
 """
@@ -57,11 +57,14 @@ DISTANCES_MM = (1020.0, 780.0)
 
 
 def main() -> int:
-    """Run what is missing, write the tables after every row, and draw."""
+    """Run what is missing and write the tables after every row, or draw."""
     arguments = parse_arguments()
     try:
         scan = read_head(arguments.head)
         heads = {lower: head_of(scan, lower) for lower in arguments.lower}
+        if arguments.picture:
+            write_picture(head_of(scan, "completed"), arguments.output / f"{NAME}.png")
+            return 0
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
@@ -80,8 +83,6 @@ def main() -> int:
     ]
     missing = store.missing(keys, arguments.again)
     store.run(missing, arguments.jobs, lambda key: run_row(key, heads[key["lower"]], arguments), describe)
-    if arguments.picture:
-        write_picture(head_of(scan, "completed"), arguments.output / f"{NAME}.png")
     return 0
 
 
@@ -93,7 +94,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--head", type=Path, metavar="FOLDER|FILE", help=WHERE)
     parser.add_argument("--degrees", nargs="+", type=float, default=[5.0, 15.0, 25.0], help="of the opening")
     parser.add_argument("--lower", nargs="+", choices=LOWER, default=["completed"], help="row of teeth")
-    parser.add_argument("--picture", action="store_true", help="draw the mouth open by 25 degrees")
+    parser.add_argument("--picture", action="store_true", help="only draw the mouth open by 25 degrees")
     add_run_arguments(parser, range(5), "2x30", 3600)
     arguments = parsed(parser)
     if arguments.head is None:
