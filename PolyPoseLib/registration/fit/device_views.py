@@ -86,7 +86,8 @@ class DeviceView:
             view.weight,
             contrast.floor**2 + noise**2,
         )
-        return cls(*(torch.tensor(part, dtype=torch.float64, device=device) for part in parts), contrast.size)
+        tensors = [torch.tensor(part, dtype=torch.float64, device=device) for part in parts]
+        return cls(*tensors, size=contrast.size)
 
     def normalised(self, images: Tensor) -> NormalisedImages:
         """Images (S, H, W) in front of the background, normalised."""
