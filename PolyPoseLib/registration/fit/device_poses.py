@@ -17,8 +17,8 @@ from PolyPoseLib.rendering.rigid import Body
 from PolyPoseLib.rendering.torch_backend import TorchBackend
 from PolyPoseLib.rendering.torch_rays import ImageRays
 
-MOST_PIXELS = {"cpu": 1 << 21, "cuda": 1 << 25}
-"""Pixels, over all poses, that are held at once on a device."""
+MOST_PIXELS = {"cpu": 1 << 19, "cuda": 1 << 22}
+"""Pixels, over all poses, that are held at once on a device; about 300 bytes each."""
 
 
 class DevicePoses:
