@@ -8,9 +8,9 @@ import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.rigid import rigid_inverse
-from PolyPoseLib.rendering.kernel_arguments import IndexRays, PoseFrames
+from PolyPoseLib.rendering.kernel_arguments import PoseFrames
 from PolyPoseLib.rendering.numba_backend import flat_voxels
-from PolyPoseLib.rendering.rigid import Body
+from PolyPoseLib.rendering.rigid import Body, index_rays
 
 
 @dataclass(frozen=True)
@@ -64,11 +64,11 @@ def project_poses(
 
     count, height, width = len(poses), camera.height, camera.width
     windows = footprints(body, camera, poses)
-    rays, directions = _index_rays(body, camera, poses, step_mm)
+    rays = index_rays(body, camera, poses, (0, height, 0, width), step_mm)
     tiles = (count, -(-height // TILE), -(-width // TILE))
     near, far = np.empty(tiles), np.empty(tiles)
     half_edges = np.full(3, body.occupied.half_edge)
-    to_pixels = np.linalg.inv(directions)
+    to_pixels = np.linalg.inv(np.stack([rays.per_column, rays.per_row, rays.corner], axis=-1))
     pose_kernels.depth_ranges_of_poses(body.occupied.centres, half_edges, rays, to_pixels, near, far)
     images = np.zeros((count, height, width), np.float32)
     volume, size = flat_voxels(body.voxels), body.voxels.shape
@@ -84,7 +84,12 @@ def project_poses(
 
 
 def footprints(body: Body, camera: Camera, poses: np.ndarray) -> np.ndarray:
-    """(S, 4) :func:`PolyPoseLib.rendering.rigid.footprint` of a body under poses (S, 4, 4)."""
+    """(S, 4) :func:`PolyPoseLib.rendering.rigid.footprint` of a body under poses (S, 4, 4).
+
+    Raises ValueError for poses that are not finite: the kernels do not look where they write.
+    """
+    if not np.isfinite(poses).all():
+        raise ValueError("a pose is not finite")
     to_camera = camera.extrinsic @ rigid_inverse(poses)
     corners = body.corners @ np.swapaxes(to_camera[:, :3, :3], 1, 2) + to_camera[:, None, :3, 3]
     behind = (corners[..., 2] <= 1.0).any(axis=1)
@@ -97,27 +102,6 @@ def footprints(body: Body, camera: Camera, poses: np.ndarray) -> np.ndarray:
     windows = np.stack([low[:, 1], high[:, 1], low[:, 0], high[:, 0]], axis=1)
     windows[behind] = (0, camera.height, 0, camera.width)
     return windows
-
-
-def _index_rays(
-    body: Body, camera: Camera, poses: np.ndarray, step_mm: float
-) -> tuple[IndexRays, np.ndarray]:
-    """Rays of the whole image in the body's indices under each pose, and their directions (S, 3, 3)."""
-    to_index = body.world_to_index @ poses
-    rotation = camera.extrinsic[:3, :3]
-    source = -rotation.T @ camera.extrinsic[:3, 3]
-    directions = to_index[:, :3, :3] @ (rotation.T @ camera.inverse_intrinsics)
-    rays = IndexRays(
-        to_index[:, :3, :3] @ source + to_index[:, :3, 3],
-        np.ascontiguousarray(directions[..., 2]),
-        np.ascontiguousarray(directions[..., 0]),
-        np.ascontiguousarray(directions[..., 1]),
-        np.array(camera.inverse_intrinsics),
-        camera.height,
-        camera.width,
-        float(step_mm),
-    )
-    return rays, directions
 
 
 def _frames(body: Body, camera: Camera, poses: np.ndarray) -> PoseFrames:

@@ -179,8 +179,8 @@ def index_rays(
         The body.
     camera : Camera
         Of the whole image.
-    fixed_to_moving : (4, 4) array
-        The body's pose, LPS mm.
+    fixed_to_moving : (..., 4, 4) array
+        The body's pose, or poses, LPS mm.
     window : Window
         The part of the image.
     step_mm : float
@@ -189,7 +189,7 @@ def index_rays(
     Returns
     -------
     IndexRays
-        In the indices (i, j, k) of the body's voxels.
+        In the indices (i, j, k) of the body's voxels; of several poses, all but the intrinsics (..., 3).
 
     """
     to_index = body.world_to_index @ fixed_to_moving
@@ -198,12 +198,12 @@ def index_rays(
     inverse_intrinsics = camera.inverse_intrinsics.copy()
     # Pixels are counted from the window's first one.
     inverse_intrinsics[:, 2] += inverse_intrinsics[:, 0] * window[2] + inverse_intrinsics[:, 1] * window[0]
-    directions = to_index[:3, :3] @ rotation.T @ inverse_intrinsics
+    directions = to_index[..., :3, :3] @ rotation.T @ inverse_intrinsics
     return IndexRays(
-        to_index[:3, :3] @ source + to_index[:3, 3],
-        directions[:, 2].copy(),
-        directions[:, 0].copy(),
-        directions[:, 1].copy(),
+        to_index[..., :3, :3] @ source + to_index[..., :3, 3],
+        directions[..., 2].copy(),
+        directions[..., 0].copy(),
+        directions[..., 1].copy(),
         inverse_intrinsics,
         window[1] - window[0],
         window[3] - window[2],

@@ -132,7 +132,8 @@ def _across(
     if not problem.views:
         return poses
     starts = [State.of_poses(start.poses, len(problem.views)) for start in starts]
-    here, *others = (minimise(as_solved(problem), start, SolverOptions(level.iterations)) for start in starts)
+    solved = as_solved(problem)
+    here, *others = (minimise(solved, start, SolverOptions(level.iterations)) for start in starts)
     whole = [
         end
         for end in others

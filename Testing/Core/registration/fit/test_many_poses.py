@@ -123,3 +123,16 @@ def test_images_are_those_of_the_body(scene: Scene) -> None:
         np.testing.assert_allclose(plain.images[n], whole, atol=1e-5)
         assert shown.jacobians is not None
         np.testing.assert_allclose(shown.jacobians[n], jacobian, atol=1e-4 * max(np.abs(jacobian).max(), 1))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_poses_that_are_not_finite_are_refused(scene: Scene, value: float) -> None:
+    pytest.importorskip("numba")
+    from PolyPoseLib.rendering.pose_images import project_poses
+
+    ct, _ = phantom()
+    camera = view_cameras(ct, (30.0,), 90, detector_mm=330.0)[0]
+    poses = _starts(scene, 3, 4)
+    poses[1, 0, 3] = value
+    with pytest.raises(ValueError, match="not finite"):
+        project_poses(scene.bodies(4.0)[1], camera, poses, 4.0)
