@@ -75,12 +75,12 @@ class TorchBackend:
         return image.reshape(rays.shape).cpu().numpy()
 
     def image_rays(self, rays: IndexRays) -> ImageRays:
-        """The rays of one image on the device."""
-        directions = np.stack([rays.per_column, rays.per_row, rays.corner], axis=1)
+        """The rays of one image, or of S whose vectors are (S, 3), on the device."""
+        directions = np.stack([rays.per_column, rays.per_row, rays.corner], axis=-1).reshape(-1, 3, 3)
         return ImageRays(
-            self._exact(rays.source)[None],
-            self._exact(directions)[None],
-            self._exact(rays.inverse_intrinsics)[None],
+            self._exact(rays.source).reshape(-1, 3),
+            self._exact(directions),
+            self._exact(rays.inverse_intrinsics).expand(len(directions), 3, 3),
             rays.rows,
             rays.columns,
             rays.step_mm,

@@ -25,7 +25,7 @@ from memory_phantom import SHAPE
 
 from PolyPoseLib.geometry.rigid import perturbation
 from PolyPoseLib.io.truths import load_truth
-from PolyPoseLib.registration.fit.device_poses import rays_under_poses
+from PolyPoseLib.rendering.rigid import index_rays
 from PolyPoseLib.rendering.torch_backend import TorchBackend
 from PolyPoseLib.rendering.torch_rays import bundle
 from PolyPoseLib.rendering.trial import sample
@@ -101,7 +101,7 @@ def kernel(device: str) -> dict:
     body, camera = sample()
     rng = np.random.default_rng(0)
     poses = np.stack([perturbation(rng.normal(0, [0.05] * 3 + [3.0] * 3)) for _ in range(POSES)])
-    rays = rays_under_poses(body, camera, torch.as_tensor(poses, device=backend.device), 2.0)
+    rays = backend.image_rays(index_rays(body, camera, poses, (0, camera.height, 0, camera.width), 2.0))
     high = (
         torch.tensor(body.voxels.shape[::-1], dtype=torch.float64, device=backend.device).expand(POSES, 3) - 1
     )

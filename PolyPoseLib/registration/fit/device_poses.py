@@ -9,13 +9,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.registration.fit.device_views import DeviceView, camera_frame, jacobians
+from PolyPoseLib.registration.fit.device_views import DeviceView, jacobians
 from PolyPoseLib.registration.fit.lockstep import Normals
 from PolyPoseLib.registration.fit.problem import RigidProblem
-from PolyPoseLib.rendering.rigid import Body
+from PolyPoseLib.rendering.rigid import index_rays
 from PolyPoseLib.rendering.torch_backend import TorchBackend
-from PolyPoseLib.rendering.torch_rays import ImageRays
 
 MOST_PIXELS = {"cpu": 1 << 19, "cuda": 1 << 22}
 """Pixels, over all poses, that are held at once on a device; about 300 bytes each."""
@@ -74,22 +72,11 @@ class DevicePoses:
     def _project(self, n: int, poses: np.ndarray, jacobian: bool) -> tuple[Tensor, Tensor | None]:
         """Images (S, H, W), and their derivatives (S, 6, H, W) by the poses' perturbations."""
         body, camera = self._problem.bodies[0], self._problem.views[n].camera
-        device = self._backend.device
-        placed = torch.as_tensor(poses, dtype=torch.float64, device=device)
-        rays = rays_under_poses(body, camera, placed, self._problem.step_mm)
-        image, moments = self._backend.sums(body.voxels, rays, jacobian, body.occupied)
-        return image, None if moments is None else jacobians(body, camera, placed, image, moments)
-
-
-def rays_under_poses(body: Body, camera: Camera, poses: Tensor, step_mm: float) -> ImageRays:
-    """Rays of a camera's whole image in a body's indices under poses (S, 4, 4) float64, fixed to moving mm."""
-    to_index = torch.as_tensor(body.world_to_index, device=poses.device) @ poses
-    source, turned = camera_frame(camera, poses.device)
-    return ImageRays(
-        to_index[:, :3, :3] @ source + to_index[:, :3, 3],
-        to_index[:, :3, :3] @ turned,
-        torch.as_tensor(np.array(camera.inverse_intrinsics), device=poses.device).expand(len(poses), 3, 3),
-        camera.height,
-        camera.width,
-        step_mm,
-    )
+        rays = index_rays(body, camera, poses, (0, camera.height, 0, camera.width), self._problem.step_mm)
+        image, moments = self._backend.sums(
+            body.voxels, self._backend.image_rays(rays), jacobian, body.occupied
+        )
+        if moments is None:
+            return image, None
+        placed = torch.as_tensor(poses, dtype=torch.float64, device=self._backend.device)
+        return image, jacobians(body, camera, placed, image, moments)

@@ -14,6 +14,8 @@ from PolyPoseLib.geometry.rigid import adjoint_of_correction
 from PolyPoseLib.registration.fit.device_views import DeviceView, jacobians
 from PolyPoseLib.registration.fit.levenberg_marquardt import Problem
 from PolyPoseLib.registration.fit.problem import Normal, RigidProblem, State
+from PolyPoseLib.rendering.kernel_arguments import IndexRays
+from PolyPoseLib.rendering.rigid import index_rays
 from PolyPoseLib.rendering.torch_atlas import Atlas, all_lines, all_moments
 from PolyPoseLib.rendering.torch_backend import TorchBackend
 from PolyPoseLib.rendering.torch_rays import Blocks, Bundle, ImageRays, bundle, depth_ranges
@@ -40,7 +42,7 @@ class DeviceProblem:
     """
 
     def __init__(self, problem: RigidProblem, backend: TorchBackend) -> None:
-        self._problem, self._device = problem, backend.device
+        self._problem, self._backend, self._device = problem, backend, backend.device
         self._atlas = Atlas.of([backend.on_device(body.voxels) for body in problem.bodies])
         count, views = len(problem.bodies), len(problem.views)
         self._owner = torch.arange(count, device=self._device).repeat_interleave(views)
@@ -127,26 +129,24 @@ class DeviceProblem:
         problem = self._problem
         rows = max(view.camera.height for view in problem.views)
         columns = max(view.camera.width for view in problem.views)
-        source, directions, inverses, heights, widths = [], [], [], [], []
-        for k, body in enumerate(problem.bodies):
-            for n, view in enumerate(problem.views):
-                camera = view.camera
-                to_index = body.world_to_index @ state.poses[k] @ state.corrections[n]
-                rotation = camera.extrinsic[:3, :3]
-                begin = -rotation.T @ camera.extrinsic[:3, 3]
-                source.append(to_index[:3, :3] @ begin + to_index[:3, 3])
-                directions.append(to_index[:3, :3] @ rotation.T @ camera.inverse_intrinsics)
-                inverses.append(camera.inverse_intrinsics)
-                heights.append(camera.height)
-                widths.append(camera.width)
-        rays = ImageRays(
-            self._exact(np.stack(source)),
-            self._exact(np.stack(directions)),
-            self._exact(np.stack(inverses)),
+        cameras = [view.camera for view in problem.views]
+        each = [
+            index_rays(body, camera, pose @ correction, (0, camera.height, 0, camera.width), problem.step_mm)
+            for body, pose in zip(problem.bodies, state.poses, strict=True)
+            for camera, correction in zip(cameras, state.corrections, strict=True)
+        ]
+        stacked = IndexRays(
+            np.stack([one.source for one in each]),
+            np.stack([one.corner for one in each]),
+            np.stack([one.per_column for one in each]),
+            np.stack([one.per_row for one in each]),
+            np.stack([one.inverse_intrinsics for one in each]),
             rows,
             columns,
             problem.step_mm,
         )
+        rays = self._backend.image_rays(stacked)
+        heights, widths = np.array([one.shape for one in each]).T
         near, far = depth_ranges(self._blocks, rays)
         beyond = (torch.arange(rows, device=self._device) >= self._exact(heights)[:, None])[:, :, None]
         beyond = (

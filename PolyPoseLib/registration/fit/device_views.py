@@ -14,7 +14,7 @@ from PolyPoseLib.registration.fit.problem import View
 from PolyPoseLib.rendering.rigid import Body
 
 
-def camera_frame(camera: Camera, device: torch.device) -> tuple[Tensor, Tensor]:
+def _camera_frame(camera: Camera, device: torch.device) -> tuple[Tensor, Tensor]:
     """A camera's source (3,) mm, and what takes (column, row, 1) to fixed mm per mm of depth (3, 3)."""
     rotation = camera.extrinsic[:3, :3]
     source = torch.as_tensor(-rotation.T @ camera.extrinsic[:3, 3], device=device)
@@ -23,7 +23,7 @@ def camera_frame(camera: Camera, device: torch.device) -> tuple[Tensor, Tensor]:
 
 def jacobians(body: Body, camera: Camera, poses: Tensor, image: Tensor, moments: Tensor) -> Tensor:
     """(S, 6, H, W) derivatives as :func:`PolyPoseLib.rendering.rigid.project_body` has them; moments: (S, H, W, 6)."""
-    source, turned = camera_frame(camera, poses.device)
+    source, turned = _camera_frame(camera, poses.device)
     directions = (poses[:, :3, :3] @ turned).float()
     start = poses[:, :3, :3] @ source + poses[:, :3, 3] - torch.as_tensor(body.centre, device=poses.device)
     column = torch.arange(camera.width, dtype=torch.float32, device=poses.device)

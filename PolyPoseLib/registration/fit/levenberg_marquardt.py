@@ -156,7 +156,8 @@ def _first_that_lowers(
 ) -> tuple[_Trial[S] | None, float]:
     """The first of several steps, ever more damped, that lowers the cost, or None; and the damping it took."""
     for _ in range(TRIALS):
-        step = _limited(_damped_step(normal, damping), options)
+        step = damped_steps(normal.matrix[None], normal.gradient[None], np.array([damping]))[0]
+        step = limited(step, options)
         moved = problem.moved(state, step)
         cost = problem.cost(moved)
         if cost < normal.cost:
@@ -168,7 +169,7 @@ def _first_that_lowers(
 def _lengthened(problem: Problem[S], state: S, trial: _Trial[S], options: SolverOptions) -> _Trial[S]:
     """The step doubled for as long as the cost falls and the trust region allows."""
     while True:
-        longer = _limited(2 * trial.step, options)
+        longer = limited(2 * trial.step, options)
         if (np.abs(longer - trial.step) <= 1e-5 * np.abs(trial.step)).all():
             return trial
         moved = problem.moved(state, longer)
@@ -178,18 +179,18 @@ def _lengthened(problem: Problem[S], state: S, trial: _Trial[S], options: Solver
         trial = _Trial(longer, moved, cost)
 
 
-def _damped_step(normal: Normal, damping: float) -> np.ndarray:
-    diagonal = np.diag(normal.matrix).copy()
-    floor = max(float(diagonal.max()), 1e-12) * 1e-9
-    damped = normal.matrix + np.diag(damping * np.maximum(diagonal, floor) + floor)
-    return -np.linalg.solve(damped, normal.gradient)
+def damped_steps(matrices: np.ndarray, gradients: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Steps (S, P) of normal equations (S, P, P) and (S, P), each with a damping (S,) of its own."""
+    diagonal = np.diagonal(matrices, axis1=1, axis2=2)
+    floor = np.maximum(diagonal.max(axis=1, keepdims=True), 1e-12) * 1e-9
+    added = damping[:, None] * np.maximum(diagonal, floor) + floor
+    damped = matrices + added[:, :, None] * np.eye(matrices.shape[1])
+    return -np.linalg.solve(damped, gradients[..., None])[..., 0]
 
 
-def _limited(step: np.ndarray, options: SolverOptions) -> np.ndarray:
-    """Shorten each rigid motion's part of the step to the trust region."""
-    limited = step.copy()
-    for start in range(0, len(step), 6):
-        turn = np.linalg.norm(step[start : start + 3]) / options.largest_rotation_rad
-        shift = np.linalg.norm(step[start + 3 : start + 6]) / options.largest_translation_mm
-        limited[start : start + 6] /= max(turn, shift, 1.0)
-    return limited
+def limited(steps: np.ndarray, options: SolverOptions) -> np.ndarray:
+    """Steps (..., P) with each rigid motion's part shortened to the trust region."""
+    parts = steps.reshape(*steps.shape[:-1], -1, 6)
+    turn = np.linalg.norm(parts[..., :3], axis=-1) / options.largest_rotation_rad
+    shift = np.linalg.norm(parts[..., 3:], axis=-1) / options.largest_translation_mm
+    return (parts / np.maximum(np.maximum(turn, shift), 1.0)[..., None]).reshape(steps.shape)

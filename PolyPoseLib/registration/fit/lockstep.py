@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from PolyPoseLib.geometry.rigid import about, perturbation
-from PolyPoseLib.registration.fit.levenberg_marquardt import TRIALS, SolverOptions
+from PolyPoseLib.registration.fit.levenberg_marquardt import TRIALS, SolverOptions, damped_steps, limited
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,8 @@ def _first_that_lower(
     trial = _Trials(np.zeros((count, 6)), poses.copy(), np.full(count, np.inf), damping.copy())
     pending = np.arange(count)
     for _ in range(TRIALS):
-        steps = _limited(_damped_steps(normals, pending, trial.damping[pending]), options)
+        steps = damped_steps(normals.matrices[pending], normals.gradients[pending], trial.damping[pending])
+        steps = limited(steps, options)
         moved = _moved(poses[pending], steps, problem.centre)
         costs = problem.costs(moved)
         lower = costs < normals.costs[pending]
@@ -133,7 +134,7 @@ def _lengthen(problem: ManyPoses, poses: np.ndarray, trial: _Trials, options: So
     growing = np.flatnonzero(np.isfinite(trial.costs))
     while len(growing):
         before = trial.steps[growing]
-        longer = _limited(2 * before, options)
+        longer = limited(2 * before, options)
         differs = (np.abs(longer - before) > 1e-5 * np.abs(before)).any(axis=1)
         growing, longer = growing[differs], longer[differs]
         if not len(growing):
@@ -144,23 +145,6 @@ def _lengthen(problem: ManyPoses, poses: np.ndarray, trial: _Trials, options: So
         growing = growing[lower]
         trial.steps[growing], trial.poses[growing] = longer[lower], moved[lower]
         trial.costs[growing] = costs[lower]
-
-
-def _damped_steps(normals: Normals, which: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """(S, 6) steps of some of the starts."""
-    matrices = normals.matrices[which]
-    diagonal = np.diagonal(matrices, axis1=1, axis2=2)
-    floor = np.maximum(diagonal.max(axis=1, keepdims=True), 1e-12) * 1e-9
-    added = damping[:, None] * np.maximum(diagonal, floor) + floor
-    damped = matrices + added[:, :, None] * np.eye(6)
-    return -np.linalg.solve(damped, normals.gradients[which][..., None])[..., 0]
-
-
-def _limited(steps: np.ndarray, options: SolverOptions) -> np.ndarray:
-    """Steps (S, 6) shortened to the trust region."""
-    turn = np.linalg.norm(steps[:, :3], axis=1) / options.largest_rotation_rad
-    shift = np.linalg.norm(steps[:, 3:], axis=1) / options.largest_translation_mm
-    return steps / np.maximum(np.maximum(turn, shift), 1.0)[:, None]
 
 
 def _moved(poses: np.ndarray, steps: np.ndarray, centre: np.ndarray) -> np.ndarray:
