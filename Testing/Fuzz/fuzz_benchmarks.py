@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import gzip
-import io
 import json
-import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +13,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 from dicom_postures import write_dicom
-from fuzz_subject import Subject, whole_file
+from fuzz_subject import Subject, in_archive, whole_file
 from simulation_phantom import NAMES, phantom
 from two_postures import C5, SHAPE, SKULL, TRACHEA, grids, scan, write_image
 
@@ -49,7 +47,7 @@ def deepfluoro_folder(folder: Path) -> list[Subject]:
         return _read("deepfluoro", folder / "data", "")
 
     pose = place / "xrays/010.pt"
-    pickled, packed = _in_archive(pose, "data.pkl")
+    pickled, packed = in_archive(pose, "data.pkl")
     return [
         *(_unpacked(place / name, read) for name in ("volume.nii.gz", "mask.nii.gz")),
         *(_inside(place / name, read) for name in ("xrays/010.dcm", "xrays/010.pt")),
@@ -146,22 +144,6 @@ def _unpacked(path: Path, read: Callable[[], Any], part_of: str = "") -> Subject
     """What a gzip file holds: a change of the packed bytes is nearly always only a wrong checksum."""
     whole = gzip.decompress(path.read_bytes())
     return Subject(path, whole, read, lambda each: gzip.compress(each, 1), part_of)
-
-
-def _in_archive(path: Path, ending: str) -> tuple[bytes, Callable[[bytes], bytes]]:
-    """The content of one file of a zip archive, and what makes the archive with another content of it."""
-    with zipfile.ZipFile(path) as archive:
-        inside = {name: archive.read(name) for name in archive.namelist()}
-    changed_name = next(name for name in inside if name.endswith(ending))
-
-    def packed(changed: bytes) -> bytes:
-        stream = io.BytesIO()
-        with zipfile.ZipFile(stream, "w") as archive:
-            for name, content in inside.items():
-                archive.writestr(name, changed if name == changed_name else content)
-        return stream.getvalue()
-
-    return inside[changed_name], packed
 
 
 @contextmanager

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
 from pathlib import Path
 
 import numpy as np
 import SimpleITK as sitk
-from fuzz_subject import Subject, whole_file
+from fuzz_subject import Subject, in_archive, whole_file
 from fuzz_xrays import GEOMETRY
 from result_case import make_result
 
@@ -66,20 +64,10 @@ def camera_model(folder: Path) -> list[Subject]:
     path = folder / "model.pt"
     fields = {"format": "polypose camera model", "version": 1, "digest": "0", "state": {"a": torch.ones(3)}}
     write_tensors(fields, path)
-    with zipfile.ZipFile(path) as archive:
-        inside = {name: archive.read(name) for name in archive.namelist()}
-    pickled = next(name for name in inside if name.endswith("data.pkl"))
-
-    def packed(changed: bytes) -> bytes:
-        stream = io.BytesIO()
-        with zipfile.ZipFile(stream, "w") as archive:
-            for name, content in inside.items():
-                archive.writestr(name, changed if name == pickled else content)
-        return stream.getvalue()
-
+    pickled, packed = in_archive(path, "data.pkl")
     return [
         whole_file(path, load_model),
-        Subject(path, inside[pickled], lambda: read_tensors(path, "camera model"), packed),
+        Subject(path, pickled, lambda: read_tensors(path, "camera model"), packed),
     ]
 
 

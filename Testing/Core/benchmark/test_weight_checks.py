@@ -79,6 +79,8 @@ def test_no_system_of_the_table_takes_what_is_no_weights(system, tmp_path):
 def test_of_a_users_own_system_a_file_need_only_be_readable(tmp_path):
     (tmp_path / "own").write_text("any format")
     require_weights("my_systems:Mine", tmp_path / "own")
+    with pytest.raises(InputError, match="no such file"):
+        require_weights("my_systems:Mine", tmp_path / "other")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
