@@ -65,6 +65,7 @@ share of the field's nodes whose Jacobian determinant is 0 or less. Rest: doing 
 def main() -> None:
     """Train and test what is asked for, and write the tables after every system."""
     arguments = parse_arguments()
+    arguments.output.mkdir(parents=True, exist_ok=True)
     for sample in arguments.samples:
         patient = load_patient(sample, arguments)
         for system in arguments.systems:
