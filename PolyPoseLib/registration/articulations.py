@@ -7,11 +7,13 @@ drifting away, and passes motions along the chain of bones; at the finest level 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import find_objects
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from PolyPoseLib.data.structures import Structures
@@ -25,6 +27,10 @@ CONTACT_BAND_MM = 5.0
 
 SLIDE_MM = 5.0
 """How far a joint is expected to come apart (standard deviation), besides its gap in the CT."""
+
+LOOP_YIELDS_AT = 2.0
+"""Standard deviations beyond which the cost of a joint hardly grows where its bones hang together without it: bones may
+touch where they have no joint, as a shoulder blade does that glides over ribs by centimetres."""
 
 TURN_DEG = 20.0
 """How far a joint is expected to rotate: within it the cost grows with the square, far beyond it hardly any more, for
@@ -49,6 +55,8 @@ class Articulation:
         Against that of other joints.
     yields_at : float
         How many times slide_mm it may come apart before the cost hardly grows any more.
+    is_joint : bool
+        Whether the bones touch; otherwise it links companions.
 
     """
 
@@ -58,11 +66,7 @@ class Articulation:
     slide_mm: float
     weight: float = 1.0
     yields_at: float = np.inf
-
-    @property
-    def is_joint(self) -> bool:
-        """Whether it holds however far it comes apart, which links of companions do not."""
-        return bool(np.isinf(self.yields_at))
+    is_joint: bool = True
 
 
 def bone_clouds(structures: Structures, affine: np.ndarray) -> list[np.ndarray]:
@@ -86,7 +90,8 @@ def find_articulations(clouds: Sequence[np.ndarray], anchor: int) -> list[Articu
     Returns
     -------
     list of Articulation
-        They connect every structure to the anchor.
+        They connect every structure to the anchor. One that is not needed for that, as there is another way round,
+        yields where the bones come far apart.
 
     """
     trees = [KDTree(cloud, leafsize=16) for cloud in clouds]
@@ -100,7 +105,20 @@ def find_articulations(clouds: Sequence[np.ndarray], anchor: int) -> list[Articu
             meetings[a, b] = (float(distance.min()), middle)
     chosen = {pair for pair, (gap, _) in meetings.items() if gap <= CONTACT_MM}
     chosen |= _missing_links(meetings, chosen, count, anchor)
-    return [Articulation(a, b, meetings[a, b][1], SLIDE_MM + meetings[a, b][0]) for a, b in sorted(chosen)]
+    joints = []
+    for first, second in sorted(chosen):
+        gap, middle = meetings[first, second]
+        is_needed = connected_groups(chosen - {(first, second)}, count).any()
+        limit = np.inf if is_needed else LOOP_YIELDS_AT
+        joints.append(Articulation(first, second, middle, SLIDE_MM + gap, yields_at=limit))
+    return joints
+
+
+def connected_groups(pairs: Collection[tuple[int, int]], count: int) -> np.ndarray:
+    """(count,) number of the connected group of every bone, from 0."""
+    first, second = np.array(list(pairs), int).reshape(-1, 2).T
+    links = coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
+    return connected_components(links, directed=False)[1]
 
 
 def _missing_links(

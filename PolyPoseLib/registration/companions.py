@@ -64,7 +64,7 @@ def find_companions(clouds: Sequence[np.ndarray], joints: Sequence[Articulation]
                 continue
             middles = (clouds[a][beside] + clouds[b][nearest[beside]]) / 2
             links += [
-                Articulation(a, b, point, SLIDE_MM, 1 / POINTS, YIELDS_AT)
+                Articulation(a, b, point, SLIDE_MM, 1 / POINTS, YIELDS_AT, is_joint=False)
                 for point in _spread(middles, POINTS)
             ]
     return links

@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from PolyPoseLib.registration.bones.agreement import structure_residuals
+from PolyPoseLib.registration.bones.limbs import restart_limbs
 from PolyPoseLib.registration.bones.restarts import restart_bones
 from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.run import Run
@@ -23,7 +24,7 @@ def restart_inconsistent(
     levels: Sequence[Level],
     among: Collection[int] | None = None,
 ) -> np.ndarray:
-    """Restart suspect bones, far from where they are.
+    """Restart suspect bones, far from where they are: first those that hang together, then each by itself.
 
     Parameters
     ----------
@@ -47,6 +48,8 @@ def restart_inconsistent(
     residuals = structure_residuals(run, observations, poses)
     candidates = run.scene.moving if among is None else among
     which = [k for k in candidates if (residuals[k] > SUSPECT).any()]
+    if which:
+        poses = restart_limbs(run, observations, poses, levels[0], which)
     for n, level in enumerate(levels if which else ()):
         poses = restart_bones(run, observations, poses, level, which, far=n == 0)
     return poses

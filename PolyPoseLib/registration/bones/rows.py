@@ -11,10 +11,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from PolyPoseLib.geometry.rigid import rigid_inverse
+from PolyPoseLib.registration.articulations import connected_groups
 from PolyPoseLib.registration.fit.device_problem import as_solved
 from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_mm
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
@@ -61,8 +60,8 @@ def breaks(scene: Scene, poses: np.ndarray) -> list[Break]:
     """Where rows of companions are broken under poses (K, 4, 4), the widest first."""
     count = len(scene.names)
     apart = _apart(scene, poses)
-    rows = _groups(apart, count)
-    parts = _groups([pair for pair in apart if apart[pair] <= APART_MM], count)
+    rows = connected_groups(apart, count)
+    parts = connected_groups([pair for pair in apart if apart[pair] <= APART_MM], count)
     found = []
     for (first, second), distance in apart.items():
         row = np.flatnonzero(rows == rows[first])
@@ -127,7 +126,7 @@ def _across(
     alike[slipped] = poses[place.across]
     together[slipped] = poses[slipped] @ rigid_inverse(poses[place.edge]) @ poses[place.across]
     starts = [State(each, state.corrections) for each in (poses, together, alike)]
-    parts = [_around(problem, n, starts, slipped) for n in range(len(problem.views))]
+    parts = [around(problem, n, starts, slipped) for n in range(len(problem.views))]
     problem = replace(problem, views=[view.cropped_to_weight() for view in parts if (view.weight > 0).any()])
     if not problem.views:
         return poses
@@ -145,7 +144,7 @@ def _across(
     return best.state.poses
 
 
-def _around(problem: RigidProblem, n: int, starts: Sequence[State], which: Sequence[int]) -> View:
+def around(problem: RigidProblem, n: int, starts: Sequence[State], which: Sequence[int]) -> View:
     """A view weighted where bones project at any of the starts."""
     view = problem.views[n]
     shows = np.any([projection_mask(problem, state, n, which) for state in starts], axis=0)
@@ -164,10 +163,3 @@ def _apart(scene: Scene, poses: np.ndarray) -> dict[tuple[int, int], float]:
         )
         squares.setdefault((link.first, link.second), []).append(float(((first - second) ** 2).sum()))
     return {pair: float(np.sqrt(np.mean(each))) for pair, each in squares.items()}
-
-
-def _groups(pairs: Collection[tuple[int, int]], count: int) -> np.ndarray:
-    """(count,) number of the connected group of every bone."""
-    first, second = np.array(list(pairs), int).reshape(-1, 2).T
-    links = coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
-    return connected_components(links, directed=False)[1]

@@ -35,6 +35,36 @@ def test_the_hip_is_where_femur_and_socket_meet(scene: Scene) -> None:
     assert hip.point[2] > HEAD[2]
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_only_joints_that_others_can_stand_in_for_yield(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    clouds = [place + rng.uniform(-6, 6, (60, 3)) for place in rng.uniform(0, 45, (9, 3))]
+    joints = find_articulations(clouds, 0)
+    pairs = {frozenset((joint.first, joint.second)) for joint in joints}
+    for joint in joints:
+        others = pairs - {frozenset((joint.first, joint.second))}
+        reached = {joint.first}
+        while more := set().union(*(pair for pair in others if pair & reached)) - reached:
+            reached |= more
+        assert np.isfinite(joint.yields_at) == (joint.second in reached)
+        assert joint.is_joint
+
+
+def test_a_bone_that_glides_over_one_it_touches_costs_less_than_one_that_leaves_its_only_joint() -> None:
+    ball = np.random.default_rng(0).normal(size=(200, 3))
+    ball *= 8 / np.linalg.norm(ball, axis=1, keepdims=True)
+    places = np.array([[0, 0, 0], [20, 0, 0], [10, 17, 0], [40, 0, 0]])
+    drawn = [ball + place for place in places]
+    away = np.stack([np.eye(4)] * 3)
+    away[2, :3, 3] = [0, 0, 40]
+    costs = []
+    for clouds in (drawn[:3], [*drawn[:2], drawn[3]]):
+        centres = np.array([cloud.mean(axis=0) for cloud in clouds])
+        joints = find_articulations(clouds, 0)
+        costs.append(ArticulationPrior(joints, centres, [1, 2], 1.0).cost(away) * len(joints))
+    assert costs[0] < 10 < costs[1]
+
+
 def test_moving_all_bones_alike_costs_nothing(scene: Scene) -> None:
     prior = ArticulationPrior(scene.articulations, scene.centres, [0, 1, 2], 1.0)
     motion = about(perturbation(np.array([0.3, -0.2, 0.1, 20.0, -30.0, 5.0])), scene.centres[0])

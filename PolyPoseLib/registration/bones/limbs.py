@@ -1,0 +1,164 @@
+"""Neighbouring bones that the X-rays contradict, such as those of a shoulder, moved together.
+
+When a shoulder blade and the arm bone at it both lie in a wrong place, so does the soft tissue that follows them, and
+neither finds back alone: its own true place is under the other's shadow and the skin's. Such bones are therefore laid
+to where the CT has them beside a neighbour that is not contradicted, turned about their joint with it, and fitted
+together in front of the soft tissue that follows them there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from PolyPoseLib.geometry.rigid import about, perturbation
+from PolyPoseLib.registration.bones.restarts import chain_from_anchor
+from PolyPoseLib.registration.bones.rows import around
+from PolyPoseLib.registration.fit.device_problem import as_solved
+from PolyPoseLib.registration.fit.levels import Level, Observation
+from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
+from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
+from PolyPoseLib.registration.fit.views import LevelViews
+from PolyPoseLib.registration.run import Run
+from PolyPoseLib.registration.scene import Scene
+
+TURNS_DEG = (15.0, 30.0)
+"""Rotations of the starts about the joint, to either side of three axes."""
+
+SHORT = 4
+"""Iterations that every start gets; the best few continue with the level's own."""
+
+KEPT = 2
+"""Starts that continue."""
+
+ROUNDS = 2
+"""Times that a start that continues is fitted, each time in front of the soft tissue that follows it."""
+
+
+def restart_limbs(
+    run: Run,
+    observations: Sequence[Observation],
+    poses: np.ndarray,
+    level: Level,
+    contradicted: Collection[int],
+) -> np.ndarray:
+    """Fit groups of contradicted bones together from several starts, with the cameras held.
+
+    Parameters
+    ----------
+    run : Run
+        The patient, the renderer and the monitor.
+    observations : sequence of Observation
+        The X-rays with their cameras.
+    poses : (K, 4, 4) ndarray
+        Fixed to moving.
+    level : Level
+        The resolution, and the iterations of the best starts.
+    contradicted : collection of int
+        Indices of the bones that may be moved.
+
+    Returns
+    -------
+    (K, 4, 4) ndarray
+        The poses; those of a group are new where that lowers the cost.
+
+    """
+    run = run.named("restarts")
+    found: set[int] = set()
+    groups = limbs(run.scene, contradicted)
+    for n, group in enumerate(groups):
+        run.step(n, len(groups))
+        if found.isdisjoint(group):
+            before = poses
+            poses = _LimbFit(run, observations, poses, level, group).best()
+            found |= set(group) if poses is not before else set()
+    return poses
+
+
+def limbs(scene: Scene, bones: Collection[int]) -> list[list[int]]:
+    """Every one of the bones with those behind it, seen from the anchor, without a gap; at least two, small first."""
+    carriers = dict(chain_from_anchor(scene))
+    found: dict[tuple[int, ...], None] = {}
+    for root in bones:
+        limb = {root}
+        for bone, carrier in carriers.items():  # carriers come before what they carry
+            if bone in bones and carrier in limb:
+                limb.add(bone)
+        if len(limb) > 1:
+            found[tuple(sorted(limb))] = None
+    return sorted((list(limb) for limb in found), key=len)
+
+
+def limb_starts(scene: Scene, poses: np.ndarray, group: Sequence[int]) -> Iterator[np.ndarray]:
+    """The group's motions (4, 4): those of its neighbours, and these turned about their joints with it."""
+    for joint in scene.articulations:
+        inside = (joint.first in group, joint.second in group)
+        if all(inside) or not any(inside):
+            continue
+        neighbour = joint.second if inside[0] else joint.first
+        place = (np.linalg.inv(poses[neighbour]) @ np.r_[joint.point, 1.0])[:3]
+        yield poses[neighbour]
+        for axis in np.eye(3):
+            for degrees in (sign * turn for turn in TURNS_DEG for sign in (-1.0, 1.0)):
+                yield poses[neighbour] @ about(
+                    perturbation(np.r_[np.radians(degrees) * axis, np.zeros(3)]), place
+                )
+
+
+@dataclass(frozen=True)
+class _End:
+    poses: np.ndarray
+    cost: float
+
+
+class _LimbFit:
+    """The group's cost over one region of the X-rays, in front of the soft tissue that follows the bones."""
+
+    def __init__(
+        self,
+        run: Run,
+        observations: Sequence[Observation],
+        poses: np.ndarray,
+        level: Level,
+        group: Sequence[int],
+    ) -> None:
+        self.views, self.level = LevelViews(run, observations, level), level
+        self.problem, state = self.views.posed_structures(poses, group)
+        self.starts = [poses]
+        for motion in limb_starts(run.scene, poses, group):
+            moved = poses.copy()
+            moved[list(group)] = motion
+            self.starts.append(moved)
+        states = [State(each, state.corrections) for each in self.starts]
+        self.weights = [around(self.problem, n, states, group).weight for n in range(len(self.problem.views))]
+
+    def best(self) -> np.ndarray:
+        """The poses (K, 4, 4) of the best end, or those of the first start where the X-rays refute it."""
+        if not any((weight > 0).any() for weight in self.weights):
+            return self.starts[0]
+        ends = [self._fitted(start, SHORT) for start in self.starts]
+        here, *others = [self._settled(ends[0]), *sorted(ends[1:], key=lambda end: end.cost)[:KEPT]]
+        best = min((self._settled(end) for end in others), key=lambda end: end.cost, default=here)
+        return best.poses if best.cost < here.cost else self.starts[0]
+
+    def _settled(self, end: _End) -> _End:
+        for _ in range(ROUNDS):
+            end = self._fitted(end.poses, self.level.iterations)
+        return end
+
+    def _fitted(self, poses: np.ndarray, iterations: int) -> _End:
+        """Fit from poses in front of their soft tissue; the cost is that in front of the end's own."""
+        problem = self._in_front_of_own_tissue(poses)
+        state = State.of_poses(poses, len(problem.views))
+        end = minimise(as_solved(problem), state, SolverOptions(iterations)).state
+        return _End(end.poses, self._in_front_of_own_tissue(end.poses).cost(end))
+
+    def _in_front_of_own_tissue(self, poses: np.ndarray) -> RigidProblem:
+        self.views.render_soft_tissue(State.of_poses(poses, len(self.views.views)))
+        parts = zip(self.problem.views, self.weights, strict=True)
+        views: list[View] = [
+            replace(view, weight=weight).cropped_to_weight() for view, weight in parts if (weight > 0).any()
+        ]
+        return replace(self.problem, views=views)
