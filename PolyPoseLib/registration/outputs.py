@@ -106,12 +106,18 @@ def warp_study(
     warp: AnyWarp = exact if small and not aligned and is_exact else transform
     inverse = invert_field(transform).field
     labels = study.source_segmentation or bones
+    device = _resampling_device(device)
     if composed:
         ct = compose_warped_ct(study.ct, study.structures, poses, warp, device=device)
         carried = compose_warped_labels(labels, study.structures, poses, warp, device=device)
         return Warped(transform, ct, carried, inverse)
     ct, carried = warp_volume(study.ct, warp, device=device), warp_labels(labels, warp, device=device)
     return Warped(transform, ct, carried, inverse)
+
+
+def _resampling_device(device: torch.device | None) -> torch.device | None:
+    """Where torch resamples volumes: a GPU. On a CPU SimpleITK takes a fifth of its time, compiled loops a tenth."""
+    return device if device is not None and device.type == "cuda" else None
 
 
 def _near_bone(warp: PolyrigidWarp, affine: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:

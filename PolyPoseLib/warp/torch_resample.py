@@ -16,7 +16,7 @@ from torch import Tensor
 from PolyPoseLib.warp.torch_cells import Cells, nodes_on_device
 from PolyPoseLib.warp.vote import winner
 
-VOXELS_PER_SLAB = 1 << 24
+VOXELS_PER_SLAB = 1 << 23
 """Voxels of the output whose part of the moving volume is on the device at once."""
 
 VOXELS_AT_ONCE = {"cpu": 1 << 16, "cuda": 1 << 20}
@@ -128,7 +128,7 @@ class TorchResampling:
         for start in range(0, len(out), thickness):
             slab = range(start, min(start + thickness, len(out)))
             field = self._block(look.vectors, _layers(look.to_field, slab, out.shape))
-            low, high = (field.values.double() @ turn[2]).aminmax()
+            low, high = (field.values @ turn[2].float()).aminmax()
             reach = float(low), float(high)
             block = self._block(moving, _layers(look.to_moving, slab, out.shape, reach))
             made = []

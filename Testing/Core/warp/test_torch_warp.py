@@ -120,10 +120,10 @@ def test_of_equal_shares_the_smallest_label_wins(affine_of, device):
     assert np.array_equal(found, warp_labels(labels, field).voxels)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_warps_themselves_on_another_grid(bones, seed, device, monkeypatch):
+def test_warps_themselves_on_another_grid(bones, device, monkeypatch):
     """Point by point, by the warp as it is: the CT, its labels, and rigid bones laid over them."""
-    warp, poses = bones.warp(poses=moved(bones, seed)), moved(bones, seed)
+    poses = moved(bones, 1)
+    warp = bones.warp(poses=poses)
     grid, shape = covering_grid(bones.affine, bones.ct.shape, 3.0)
     reference = Volume(np.zeros(shape, np.int16), grid)
     labels = Volume(bones.structures.labels, bones.affine)
