@@ -1,5 +1,6 @@
 """The soft tissue on torch's device: moved, rendered and fitted as the compiled loops do it."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -7,20 +8,21 @@ import pytest
 import torch
 from chest_phantom import chest
 from phantom_study import case
+from pretended_gpu import PretendedGpu
 from quiet_run import quiet_run
 
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.geometry.rigid import about, perturbation
-from PolyPoseLib.registration.bones import joint
 from PolyPoseLib.registration.bones.joint import JointStage, fit_structures
 from PolyPoseLib.registration.fit import device_soft_jacobian, soft_motion
-from PolyPoseLib.registration.fit.device_problem import DeviceProblem
+from PolyPoseLib.registration.fit.device_problem import DeviceProblem, as_solved
 from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.fit.soft_jacobian import SoftJacobian
 from PolyPoseLib.registration.fit.soft_motion import fit_soft_motion
 from PolyPoseLib.registration.fit.soft_products import device_products, products
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.fit.views import LevelViews
+from PolyPoseLib.registration.outputs import render_views
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.numba_backend import NumbaBackend
@@ -131,7 +133,8 @@ def test_products_on_the_device_are_those_of_arrays(scene, cameras, backends, se
     assert relative(found.gradient, expected.gradient) < 1e-4
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(3))
 def test_steps_of_the_fit_end_where_those_of_the_loops_end(scene, cameras, backends, seed, monkeypatch):
     monkeypatch.setattr(soft_motion, "PRIOR", 0.02)
     rng = np.random.default_rng(seed)
@@ -157,11 +160,15 @@ def test_steps_of_the_fit_end_where_those_of_the_loops_end(scene, cameras, backe
 
 
 @pytest.mark.parametrize(
-    "batched",
-    [pytest.param(False, id="by view", marks=pytest.mark.long), pytest.param(True, id="in one batch")],
+    "where",
+    [
+        pytest.param("cpu", marks=pytest.mark.long),
+        "pretended",
+        pytest.param("cuda", marks=pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU")),
+    ],
 )
-def test_a_registration_with_soft_motion_ends_where_the_loops_end(backends, batched, monkeypatch):
-    """Bones and soft tissue of a phantom together; in one batch as a GPU solves it."""
+def test_a_registration_with_soft_motion_ends_where_the_loops_end(where):
+    """Bones and soft tissue of a phantom together, in one batch where a GPU is or is pretended."""
     simulated = case(seed=2)
     scene = Scene(simulated.ct, simulated.structures, simulated.anchor)
     observations = [
@@ -169,16 +176,21 @@ def test_a_registration_with_soft_motion_ends_where_the_loops_end(backends, batc
         for image, camera in zip(simulated.images, simulated.cameras, strict=True)
     ]
     stages = [
-        JointStage(Level(6.0, 40.0, 4, 0.01), soft_motion=True, holds_cameras=True),
-        JointStage(Level(4.0, 28.0, 4, 0.005), soft_motion=True),
+        JointStage(Level(6.0, 40.0, 3, 0.01), soft_motion=True, holds_cameras=True),
+        JointStage(Level(4.0, 28.0, 3, 0.005), soft_motion=True),
     ]
     poses, motions = [], []
-    for backend in backends:
-        if batched and isinstance(backend, TorchBackend):
-            monkeypatch.setattr(joint, "as_solved", lambda problem, b=backend: DeviceProblem(problem, b))
-        fit = fit_structures(run_on(scene, backend), observations, scene.rest_poses, (), stages)
-        poses.append(fit.joint.poses)
-        motions.append(fit.soft_tissue.coefficients)
+    with PretendedGpu() if where == "pretended" else nullcontext():
+        for backend in (NumbaBackend(), TorchBackend("cpu" if where == "cpu" else "cuda")):
+            run = run_on(scene, backend)
+            fit = fit_structures(run, observations, scene.rest_poses, (), stages)
+            poses.append(fit.joint.poses)
+            motions.append(fit.soft_tissue.coefficients)
+            fitted = replace(run, soft_tissue=fit.soft_tissue)
+            assert all(image.any() for image in render_views(fitted, fit.joint.cameras, fit.joint.poses))
+            assert isinstance(as_solved(fit.joint.problem), DeviceProblem) == (
+                torch_device_of(backend) == torch.device("cuda")
+            )
     assert np.abs(motions[0]).max() > 1
     for name, one, other, rest in zip(scene.names, *poses, scene.rest_poses, strict=True):
         points = simulated.ct.to_world(np.argwhere(simulated.structures.mask(name))[::20, ::-1])
