@@ -163,7 +163,7 @@ def test_steps_of_the_fit_end_where_those_of_the_loops_end(scene, cameras, backe
     "where",
     [
         pytest.param("cpu", marks=pytest.mark.long),
-        "pretended",
+        pytest.param("pretended", marks=pytest.mark.long),
         pytest.param("cuda", marks=pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU")),
     ],
 )
@@ -176,8 +176,8 @@ def test_a_registration_with_soft_motion_ends_where_the_loops_end(where):
         for image, camera in zip(simulated.images, simulated.cameras, strict=True)
     ]
     stages = [
-        JointStage(Level(6.0, 40.0, 3, 0.01), soft_motion=True, holds_cameras=True),
-        JointStage(Level(4.0, 28.0, 3, 0.005), soft_motion=True),
+        JointStage(Level(8.0, 48.0, 3, 0.01), soft_motion=True, holds_cameras=True),
+        JointStage(Level(6.0, 40.0, 3, 0.005), soft_motion=True),
     ]
     poses, motions = [], []
     with PretendedGpu() if where == "pretended" else nullcontext():
