@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -57,7 +58,10 @@ from PolyPoseLib.registration.uncertainty.covariance import joint_covariance
 from PolyPoseLib.registration.uncertainty.doubts import Evidence, disputed_warnings, doubts_about
 from PolyPoseLib.registration.uncertainty.intervals import structure_uncertainties, systematic_error
 from PolyPoseLib.registration.uncertainty.shrinkage import likeliest_poses
-from PolyPoseLib.rendering.select import device_of, select_backend
+from PolyPoseLib.rendering.select import device_of, select_backend, torch_device_of
+
+if TYPE_CHECKING:
+    import torch
 
 
 def register(
@@ -105,7 +109,7 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
     preview = _preview(options, magnification)
     monitor.step("preparing", 0, 1, None)
     with monitor.timed("preparing"):
-        soft_tissue = _soft_tissue(study, options, preset, magnification)
+        soft_tissue = _soft_tissue(study, options, preset, magnification, torch_device_of(backend))
     run = Run(soft_tissue, backend, monitor, preview=preview, magnification=magnification)
     method = _method(study, options, preset, run)
     stage = CameraStage(
@@ -224,7 +228,9 @@ def _preview(options: Options, magnification: float) -> Preview | None:
     return write if magnification == 1 else lambda field: write(field_at_true_size(field, magnification))
 
 
-def _soft_tissue(study: Study, options: Options, preset: Preset, magnification: float) -> SoftTissue:
+def _soft_tissue(
+    study: Study, options: Options, preset: Preset, magnification: float, device: torch.device | None
+) -> SoftTissue:
     reach = options.rotation_reach_mm
     return SoftTissue(
         Scene(study.ct, study.structures, study.anchor),
@@ -232,6 +238,7 @@ def _soft_tissue(study: Study, options: Options, preset: Preset, magnification: 
         options.weights or preset.weights,
         options.epsilon or 0.1,
         preset.rotation_reach_mm if reach is None else reach * magnification,
+        device,
     )
 
 

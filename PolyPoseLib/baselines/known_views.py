@@ -12,7 +12,7 @@ from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.outputs import transform_grid
-from PolyPoseLib.warp.dense import flat_points
+from PolyPoseLib.warp.field_grids import flat_points
 
 FIELD_MM = 4.0
 """Coarsest spacing of a motion's field."""

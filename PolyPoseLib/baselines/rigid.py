@@ -37,7 +37,7 @@ from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, project_body
 from PolyPoseLib.rendering.select import select_backend
 from PolyPoseLib.similarity.torch_threads import torch_threads
-from PolyPoseLib.warp.dense import flat_points
+from PolyPoseLib.warp.field_grids import flat_points
 
 LoadModel = Callable[[Study, Path], Regressor]
 """Reads a camera model for a study, such as :func:`PolyPoseLib.pipeline.camera_regressor`."""

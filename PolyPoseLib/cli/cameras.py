@@ -150,7 +150,7 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
     from PolyPoseLib.registration.memory import needed_memory
     from PolyPoseLib.registration.run import Run
     from PolyPoseLib.registration.scene import Scene
-    from PolyPoseLib.rendering.select import select_backend
+    from PolyPoseLib.rendering.select import select_backend, torch_device_of
 
     options = Options.from_dict(merged_options(study.options, arguments))
     require_memory(needed_memory(study, options, warps=False), "The search of cameras")
@@ -159,9 +159,9 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
     cameras: dict[int, FoundCamera] = {}
     try:
         model = camera_regressor(study, arguments.model or options.camera_model)
-        run = Run(
-            SoftTissue(Scene(study.ct, study.structures, study.anchor)), backend, Monitor(display, None)
-        )
+        scene = Scene(study.ct, study.structures, study.anchor)
+        soft_tissue = SoftTissue(scene, device=torch_device_of(backend))
+        run = Run(soft_tissue, backend, Monitor(display, None))
         xrays = place_isocenter(study.xrays, run.scene.anchor_centre)
         for numbers in grouped_by_rig(xrays):
             if not set(numbers) & set(wanted):

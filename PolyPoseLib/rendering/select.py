@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.numba_backend import NumbaBackend
+
+if TYPE_CHECKING:
+    import torch
 
 
 def resolve_device(device: str) -> str:
@@ -87,8 +90,13 @@ def select_backend(kernel: str = "auto", device: str = "cpu", threads: int | Non
 
 def device_of(backend: Backend) -> str:
     """Where a backend renders, "cpu" or "cuda"."""
-    device = getattr(backend, "device", None)
+    device = torch_device_of(backend)
     return "cpu" if device is None else device.type
+
+
+def torch_device_of(backend: Backend) -> torch.device | None:
+    """Where torch renders; None where compiled loops do."""
+    return getattr(backend, "device", None)
 
 
 def _compiled(numba: Any, threads: int | None) -> NumbaBackend:

@@ -16,7 +16,7 @@ from PolyPoseLib.registration.magnification import magnification_of, magnified_m
 from PolyPoseLib.registration.presets import PRESETS
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene, body_points
-from PolyPoseLib.rendering.select import resolve_device, select_backend
+from PolyPoseLib.rendering.select import resolve_device, select_backend, torch_device_of
 
 BODY_MM = 3.0
 """Voxels of the points by which a bone's size and place are known."""
@@ -66,7 +66,8 @@ class Patient:
         backend = select_backend(options.kernel, self.device, options.threads)
         preset = PRESETS["default"]
         reach = preset.rotation_reach_mm
-        soft = SoftTissue(scene, preset.weight_frame, preset.weights, rotation_reach_mm=reach)
+        device = torch_device_of(backend)
+        soft = SoftTissue(scene, preset.weight_frame, preset.weights, rotation_reach_mm=reach, device=device)
         self.run = Run(soft, backend, monitor, "tracking", magnification=self.factor)
         self.points = [body_points(body, 500) for body in scene.bodies(BODY_MM)]
         self.radii = np.array([_radius(each) for each in self.points])

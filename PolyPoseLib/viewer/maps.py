@@ -102,7 +102,7 @@ def weight(content: Content, number: int) -> Map:
     form, epsilon = content.weighting
     warp = PolyrigidWarp(distances, structures.volume_share(), poses, form=form, epsilon=epsilon)  # type: ignore[arg-type]
     values = np.empty(int(np.prod(field.shape)), np.float32)
-    from PolyPoseLib.warp.dense import flat_points
+    from PolyPoseLib.warp.field_grids import flat_points
 
     with torch.no_grad():
         for start in range(0, len(values), 1 << 17):

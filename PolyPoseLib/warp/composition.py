@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +25,9 @@ from PolyPoseLib.warp.distances import distance_at_voxels
 from PolyPoseLib.warp.infill import fill_harmonic
 from PolyPoseLib.warp.parts import connected_parts
 from PolyPoseLib.warp.vote import LabelVote
+
+if TYPE_CHECKING:
+    import torch
 
 RIM_VOXELS = 1
 """Labels are grown by so many voxels, because a bone's outermost voxels are partly soft tissue."""
@@ -133,6 +137,7 @@ def compose_warped_ct(
     poses: ArrayLike,
     warp: AnyWarp,
     reference: Volume | None = None,
+    device: torch.device | None = None,
 ) -> Volume:
     """The CT in the fixed frame with every bone exactly rigid and no stretched bone between them.
 
@@ -150,6 +155,8 @@ def compose_warped_ct(
         Fixed to moving, for the soft tissue.
     reference : Volume, optional
         Gives the fixed grid; None takes the CT's own.
+    device : torch.device, optional
+        Where torch warps the soft tissue, as in :func:`PolyPoseLib.warp.dense.warp_volume`.
 
     Returns
     -------
@@ -166,7 +173,7 @@ def compose_warped_ct(
     motions = _rigid_poses(poses, structures.names)
     regions = grow_regions(ct.voxels, structures.labels, ct.spacing)
     filled = fill_structures(ct.voxels, regions, ct.spacing, grow=False)
-    out = warp_volume(Volume(filled, ct.affine), warp, reference)
+    out = warp_volume(Volume(filled, ct.affine), warp, reference, device=device)
     cover = np.zeros(out.shape, dtype=np.float32)
     bones = np.zeros(out.shape, dtype=np.float32)
     for piece in _pieces(regions, Volume(ct.voxels, ct.affine), motions, out):
@@ -189,6 +196,7 @@ def compose_warped_labels(
     poses: ArrayLike,
     warp: AnyWarp,
     reference: Volume | None = None,
+    device: torch.device | None = None,
 ) -> Volume:
     """A label map in the fixed frame that fits compose_warped_ct: bones moved rigidly, all else by the warp.
 
@@ -205,6 +213,8 @@ def compose_warped_labels(
         Fixed to moving, for the soft tissue.
     reference : Volume, optional
         Gives the fixed grid; None takes the labels' own.
+    device : torch.device, optional
+        Where torch warps the soft tissue, as in :func:`PolyPoseLib.warp.dense.warp_labels`.
 
     Returns
     -------
@@ -220,7 +230,7 @@ def compose_warped_labels(
     _require_same_shape(labels.voxels, structures.labels)
     motions = _rigid_poses(poses, structures.names)
     soft = labels.with_voxels(np.where(structures.labels > 0, 0, labels.voxels).astype(labels.voxels.dtype))
-    out = warp_labels(soft, warp, reference)
+    out = warp_labels(soft, warp, reference, device=device)
     for piece in _pieces(structures.labels, labels, motions, out):
         found = piece.vote(np.where(piece.mask, labels.voxels[piece.moving], 0).astype(labels.voxels.dtype))
         target = out.voxels[piece.fixed]

@@ -12,21 +12,22 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from PolyPoseLib.data.displacement_field import DisplacementField, trilinear
+from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.grid import require_grid, set_grid
+from PolyPoseLib.warp.field_grids import POINTS_PER_CHUNK, field_on, flat_points
 from PolyPoseLib.warp.vote import LabelVote, grid_index
 
 if TYPE_CHECKING:
     import SimpleITK as sitk
+    import torch
     from torch import Tensor
+
+    from PolyPoseLib.warp.torch_resample import TorchResampling
 
 VOXELS_PER_SLAB = 1 << 20
 """Voxels or nodes that are handled at once; with about 270 bytes of temporaries each, 270 MiB."""
-
-POINTS_PER_CHUNK = 1 << 17
-"""Points that are handed to a warp at once."""
 
 AnyWarp = DisplacementField | Callable[["Tensor"], "Tensor"]
 """A displacement field, or a warp itself (a PolyrigidWarp), which is then evaluated at every voxel: exact
@@ -37,7 +38,11 @@ LabelMethod = Literal["nearest", "linear"]
 
 
 def displacement_field(
-    warp: Callable[[Tensor], Tensor], affine: np.ndarray, shape: tuple[int, int, int], single: bool = True
+    warp: Callable[[Tensor], Tensor],
+    affine: np.ndarray,
+    shape: tuple[int, int, int],
+    single: bool = True,
+    device: torch.device | None = None,
 ) -> DisplacementField:
     """Displacement of a warp at the nodes of a grid.
 
@@ -51,6 +56,9 @@ def displacement_field(
         Nodes (k, j, i); see :func:`PolyPoseLib.geometry.grid.covering_grid`.
     single : bool
         Compute in float32, good to about 1e-4 mm, instead of float64.
+    device : torch.device, optional
+        Where torch makes the points and the warp, such as a PolyrigidWarp whose distance maps lie there, takes them;
+        None for compiled loops where these fit the warp.
 
     Returns
     -------
@@ -66,19 +74,20 @@ def displacement_field(
     import torch
 
     from PolyPoseLib.warp.fused import fused_displacements
+    from PolyPoseLib.warp.torch_cells import nodes_on_device
 
     require_grid(affine, "the displacement field's grid")
     vectors = np.empty((*shape, 3), dtype=np.float32)
     flat = vectors.reshape(-1, 3)
     dtype = torch.float32 if single else torch.float64
-    fused = fused_displacements(warp) if single else None
+    fused = fused_displacements(warp) if single and device is None else None
     with torch.no_grad():
         for start in range(0, len(flat), POINTS_PER_CHUNK):
             stop = min(start + POINTS_PER_CHUNK, len(flat))
             if fused is not None:
                 flat[start:stop] = fused(flat_points(affine, shape, start, stop))
                 continue
-            points = torch.from_numpy(np.ascontiguousarray(flat_points(affine, shape, start, stop))).to(dtype)
+            points = nodes_on_device(affine, shape, range(start, stop), device).to(dtype)
             moved = warp(points)
             flat[start:stop] = (moved - points.to(moved.device)).cpu().numpy()
     return DisplacementField(vectors, affine)
@@ -145,6 +154,7 @@ def warp_volume(
     warp: AnyWarp,
     reference: Volume | None = None,
     outside: float = AIR_HU,
+    device: torch.device | None = None,
 ) -> Volume:
     """A moving volume in the fixed frame, warped(x) = volume(warp(x)), trilinear.
 
@@ -158,6 +168,8 @@ def warp_volume(
         Gives the fixed grid; None takes the volume's own.
     outside : float
         Value where warp(x) lies beyond the volume's voxels (more than half a voxel from the outermost centres).
+    device : torch.device, optional
+        Where torch interpolates; None for compiled loops where numba is installed, and SimpleITK otherwise.
 
     Returns
     -------
@@ -168,13 +180,13 @@ def warp_volume(
     import SimpleITK as sitk
 
     moving = volume.with_voxels(volume.voxels.astype(np.float32, copy=False))
-    kernel = _compiled()
-    if kernel is None:
+    loops = _loops(device)
+    if loops is None:
         return _resample(moving, warp, reference, outside, sitk.sitkLinear)
     grid = volume if reference is None else reference
     out, voxels = np.empty(grid.shape, np.float32), np.ascontiguousarray(moving.voxels)
-    for place, arguments in _through(warp, grid, volume.affine):
-        kernel.warp_linear(voxels, *arguments, np.float32(outside), out[place])
+    for place, arguments in _through(warp, grid, volume.affine, device):
+        loops.warp_linear(voxels, *arguments, np.float32(outside), out[place])
     return Volume(out, grid.affine)
 
 
@@ -183,6 +195,7 @@ def warp_labels(
     warp: AnyWarp,
     reference: Volume | None = None,
     method: LabelMethod = "linear",
+    device: torch.device | None = None,
 ) -> Volume:
     """A moving label map in the fixed frame, in its own integer type, 0 outside.
 
@@ -197,6 +210,8 @@ def warp_labels(
     method : {"linear", "nearest"}
         "nearest" voxel, or "linear": the label, background included, whose mask interpolates to the largest
         value.
+    device : torch.device, optional
+        Where torch carries out the method "linear"; None for a CPU without torch.
 
     Returns
     -------
@@ -218,12 +233,12 @@ def warp_labels(
     if method != "linear":
         raise InputError(f"The method {method!r} is not known; choose 'nearest' or 'linear'.")
     grid = labels if reference is None else reference
-    kernel = _compiled()
-    if kernel is not None:
+    loops = _loops(device)
+    if loops is not None:
         out = np.empty(grid.shape, dtype=labels.voxels.dtype)
         moving = np.ascontiguousarray(labels.voxels)
-        for place, arguments in _through(warp, grid, labels.affine):
-            kernel.warp_votes(moving, *arguments, out[place])
+        for place, arguments in _through(warp, grid, labels.affine, device):
+            loops.warp_votes(moving, *arguments, out[place])
         return Volume(out, grid.affine)
     voter, to_index = LabelVote(labels.voxels), np.linalg.inv(labels.affine)
     out = np.empty(grid.shape, dtype=labels.voxels.dtype)
@@ -233,6 +248,15 @@ def warp_labels(
         index += to_index[:3, :3] @ vectors.reshape(-1, 3).T
         out[slab] = voter(index).reshape(vectors.shape[:3])
     return Volume(out, grid.affine)
+
+
+def _loops(device: torch.device | None) -> ModuleType | TorchResampling | None:
+    """Torch on a device, or the compiled loops; None where numba is not installed."""
+    if device is not None:
+        from PolyPoseLib.warp.torch_resample import TorchResampling
+
+        return TorchResampling(device)
+    return _compiled()
 
 
 def _compiled() -> ModuleType | None:
@@ -245,9 +269,9 @@ def _compiled() -> ModuleType | None:
 
 
 def _through(
-    warp: AnyWarp, grid: Volume, moving: np.ndarray
-) -> Iterator[tuple[slice, tuple[np.ndarray, ...]]]:
-    """The whole fixed grid for a field, slabs of it for any other warp, and what the compiled loops need for each.
+    warp: AnyWarp, grid: Volume, moving: np.ndarray, device: torch.device | None
+) -> Iterator[tuple[slice, tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]]:
+    """The whole fixed grid for a field, slabs of it for any other warp, and what the loops need for each.
 
     moving: (4, 4) affine of what is warped.
     """
@@ -261,7 +285,7 @@ def _through(
         )
         return
     for slab in _slabs(grid.shape):
-        vectors, affine = _slab_vectors(warp, grid, slab)
+        vectors, affine = _slab_vectors(warp, grid, slab, device)
         yield slab, (vectors, np.eye(4)[:3], (to_index @ affine)[:3], turn)
 
 
@@ -289,73 +313,18 @@ def _resample(
     return Volume(out, grid.affine)
 
 
-def _slab_vectors(warp: AnyWarp, grid: Volume, slab: slice) -> tuple[np.ndarray, np.ndarray]:
+def _slab_vectors(
+    warp: AnyWarp, grid: Volume, slab: slice, device: torch.device | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Displacements (k, j, i, 3) at the voxels of a slab of a grid, and the slab's affine (4, 4)."""
     affine = grid.affine.copy()
     affine[:3, 3] += grid.affine[:3, 2] * slab.start
     shape = (slab.stop - slab.start, *grid.shape[1:])
     if not isinstance(warp, DisplacementField):
-        return displacement_field(warp, affine, shape).vectors, affine
+        return displacement_field(warp, affine, shape, device=device).vectors, affine
     if warp.shape == grid.shape and np.array_equal(warp.affine, grid.affine):
         return warp.vectors[slab], affine
-    return _upsample(warp, affine, shape), affine
-
-
-def field_on(field: DisplacementField, affine: np.ndarray, shape: tuple[int, int, int]) -> DisplacementField:
-    """A field interpolated to the nodes of another grid, as its ``sample`` does but many times faster.
-
-    Parameters
-    ----------
-    field : DisplacementField
-        Fixed to moving.
-    affine : (4, 4) array
-        Index (i, j, k) of the other grid to fixed LPS mm.
-    shape : tuple[int, int, int]
-        Its nodes (k, j, i).
-
-    Returns
-    -------
-    DisplacementField
-        Trilinear between the field's nodes; beyond them the value of the nearest point.
-
-    """
-    return DisplacementField(_upsample(field, affine, shape), affine)
-
-
-def _upsample(field: DisplacementField, affine: np.ndarray, shape: tuple[int, int, int]) -> np.ndarray:
-    """Displacements (k, j, i, 3) float32 on another grid; the value of the nearest point beyond the field."""
-    to_index = np.linalg.inv(field.affine) @ affine
-    scale = np.diag(to_index[:3, :3])
-    if np.abs(to_index[:3, :3] - np.diag(scale)).max() > 1e-9:
-        count = int(np.prod(shape))
-        out = np.empty((count, 3), dtype=np.float32)
-        for start in range(0, count, POINTS_PER_CHUNK):
-            index = flat_points(to_index, shape, start, min(start + POINTS_PER_CHUNK, count))
-            out[start : start + len(index)] = trilinear(field.vectors, index)
-        return out.reshape(*shape, 3)
-    # Parallel axes: trilinear interpolation is one linear interpolation after another along each axis.
-    vectors = field.vectors
-    for axis in range(3):
-        column = 2 - axis
-        place = scale[column] * np.arange(shape[axis]) + to_index[column, 3]
-        vectors = _along(vectors, place, axis)
-    return np.ascontiguousarray(vectors)
-
-
-def _along(vectors: np.ndarray, place: np.ndarray, axis: int) -> np.ndarray:
-    """Linear interpolation along one axis at continuous indices place (n,), clamped to the ends."""
-    last = vectors.shape[axis] - 1
-    place = np.clip(place, 0, last)
-    low = np.minimum(place.astype(np.int64), max(last - 1, 0))
-    shape = [1] * vectors.ndim
-    shape[axis] = len(place)
-    fraction = (place - low).astype(np.float32).reshape(shape)
-    below = vectors.take(low, axis)
-    above = vectors.take(np.minimum(low + 1, last), axis)
-    above -= below
-    above *= fraction
-    above += below
-    return above
+    return field_on(warp, affine, shape).vectors, affine
 
 
 def _slabs(shape: tuple[int, int, int], voxels: int | None = None) -> Iterator[slice]:
@@ -363,15 +332,6 @@ def _slabs(shape: tuple[int, int, int], voxels: int | None = None) -> Iterator[s
     thickness = max((voxels or VOXELS_PER_SLAB) // (shape[1] * shape[2]), 1)
     for start in range(0, shape[0], thickness):
         yield slice(start, min(start + thickness, shape[0]))
-
-
-def flat_points(affine: np.ndarray, shape: tuple[int, int, int], start: int, stop: int) -> np.ndarray:
-    """LPS mm (N, 3) of the nodes start..stop of a grid in the order in which numpy lays out (k, j, i)."""
-    rows, within = shape[1] * shape[2], affine.copy()
-    first, last = start // rows, -(-stop // rows)
-    within[:3, 3] += affine[:3, 2] * first
-    points = grid_index(within, (last - first, *shape[1:])).reshape(3, -1).T
-    return points[start - first * rows : stop - first * rows]
 
 
 def _empty_image(shape: tuple[int, int, int], affine: np.ndarray) -> sitk.Image:

@@ -9,7 +9,7 @@ import numpy as np
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.grid import require_grid
-from PolyPoseLib.warp.dense import flat_points
+from PolyPoseLib.warp.field_grids import flat_points
 
 POINTS_AT_ONCE = 1 << 20
 """Nodes that are inverted at once."""

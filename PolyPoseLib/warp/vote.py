@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+
+_TIE = 1e-9
+"""Shares that differ by less are equal."""
 
 _CORNERS = np.array([[c & 1, c >> 1 & 1, c >> 2 & 1] for c in range(8)])
 _VOXELS_PER_SLAB = 1 << 20
@@ -69,13 +74,21 @@ class LabelVote:
         weight = np.stack(
             [np.prod(np.where(bits[:, None], fraction, 1 - fraction), axis=0) for bits in _CORNERS]
         )
-        best, winner = np.full(len(start), -1.0), found[0].copy()
-        for candidate in found:
-            score = np.where(found == candidate, weight, 0).sum(axis=0)
-            tied = np.abs(score - best) < 1e-9
-            better = (score > best + 1e-9) | (tied & (candidate < winner))
-            best[better], winner[better] = score[better], candidate[better]
-        return winner
+        return winner(found, weight)
+
+
+def winner(found: Any, share: Any) -> Any:
+    """Labels (N,) of the largest sums of shares, of equal ones the smallest.
+
+    found, share: (8, N) labels at the corners of cells and their weights, numpy arrays or torch tensors.
+    """
+    best, label = share[0] * 0 - 1, found[0] * 1
+    for candidate in found:
+        score = ((found == candidate) * share).sum(0)
+        tied = abs(score - best) < _TIE
+        better = (score > best + _TIE) | (tied & (candidate < label))
+        best[better], label[better] = score[better], candidate[better]
+    return label
 
 
 def grid_index(matrix: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:

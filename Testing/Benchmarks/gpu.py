@@ -1,7 +1,8 @@
-"""What a GPU is worth: the ray kernel against the card's memory, and whole registrations on the GPU and on the CPU.
+"""What a GPU is worth: the ray kernel against the card's memory, warp and soft tissue part by part against compiled
+loops, and whole registrations on the GPU and on the CPU.
 
     python Testing/Benchmarks/gpu.py --device cuda
-    python Testing/Benchmarks/gpu.py --device cpu --cases          # only the kernel, on the CPU
+    python Testing/Benchmarks/gpu.py --device cpu --cases          # only the kernel and the parts, on the CPU
 
 gpu.sh runs it together with the CUDA tests. Tables are written after every row.
 """
@@ -11,8 +12,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +19,9 @@ import torch
 from benchmark_cases import STRUCTURES, case_folder
 from benchmark_runs import RESULTS, register_and_score, register_command, run_measured
 from benchmark_tables import machine, measured_on, table
+from gpu_parts import SHAPE, part_lines, parts, seconds_of
 from memory import phantom_case
-from memory_phantom import SHAPE
+from memory_phantom import SHAPE as LARGE_SHAPE
 
 from PolyPoseLib.geometry.rigid import perturbation
 from PolyPoseLib.io.truths import load_truth
@@ -56,6 +56,8 @@ def main() -> int:
     found: dict = {"machine": machine() | {"device": device_name(arguments.device)}}
     found["kernel"] = kernel(arguments.device)
     write(found, arguments.output)
+    found["parts"] = parts(arguments.device)
+    write(found, arguments.output)
     found["registrations"] = []
     for case in arguments.cases:
         for device in dict.fromkeys((arguments.device, "cpu")):
@@ -75,7 +77,7 @@ def register(case: str, work: Path, options: argparse.Namespace) -> dict:
             folder / "study.json", load_truth(folder / "truth"), options.device, options
         )
     work.mkdir(parents=True, exist_ok=True)
-    folder = phantom_case(SHAPE, PHANTOM_PIXELS, work)
+    folder = phantom_case(LARGE_SHAPE, PHANTOM_PIXELS, work)
     command = register_command(
         folder / "study.json", folder / f"result_{options.device}", device=options.device
     )
@@ -107,10 +109,10 @@ def kernel(device: str) -> dict:
     )
     near, far = backend.seen(body.occupied, np.zeros(3), rays)
     samples = int(bundle(rays, torch.zeros_like(high), high, near, far).count.sum())
-    plain = seconds_of(lambda: backend.sums(body.voxels, rays, False, body.occupied), device)
-    moments = seconds_of(lambda: backend.sums(body.voxels, rays, True, body.occupied), device)
+    plain = seconds_of(lambda: backend.sums(body.voxels, rays, False, body.occupied), device, REPEATS)
+    moments = seconds_of(lambda: backend.sums(body.voxels, rays, True, body.occupied), device, REPEATS)
     block = torch.zeros(COPIED_BYTES[device], dtype=torch.uint8, device=backend.device)
-    copying = seconds_of(block.clone, device)
+    copying = seconds_of(block.clone, device, REPEATS)
     return {
         "poses": POSES,
         "samples": samples,
@@ -119,18 +121,6 @@ def kernel(device: str) -> dict:
         "gathered_bytes_per_second": samples * BYTES_PER_SAMPLE / plain,
         "copied_bytes_per_second": 2 * len(block) / copying,
     }
-
-
-def seconds_of(action: Callable[[], object], device: str) -> float:
-    """Median seconds of an action; the first time does not count."""
-    times = []
-    for _ in range(REPEATS + 1):
-        start = time.perf_counter()
-        action()
-        if device == "cuda":
-            torch.cuda.synchronize()
-        times.append(time.perf_counter() - start)
-    return float(np.median(times[1:]))
 
 
 def device_name(device: str) -> str:
@@ -142,7 +132,7 @@ def write(found: dict, output: Path) -> None:
     """gpu.json and gpu.md."""
     (output / "gpu.json").write_text(json.dumps(found, indent=1) + "\n")
     rays = found["kernel"]
-    parts = [
+    sections = [
         f"# GPU\n\nDevice: {found['machine']['device']}.\n",
         "## Ray kernel\n",
         f"{rays['poses']} poses of a bone of 10 cm in one call, {rays['samples']} samples. Gathered: eight voxels a "
@@ -155,12 +145,17 @@ def write(found: dict, output: Path) -> None:
             ],
         ),
     ]
+    if found.get("parts"):
+        voxels = " x ".join(str(n) for n in SHAPE[::-1])
+        sections += [f"## Warp and soft tissue of a CT with 26 structures and {voxels} voxels\n"]
+        sections += ["A derivative stays where it is computed; all else ends in the CPU's memory.\n"]
+        sections += [table(*part_lines(found["parts"]))]
     if found.get("registrations"):
         head = ["case", "device", "exit", "s", "CPU s", "mean TRE mm", "worst mm", "MiB"]
-        parts += ["## Whole registrations, 2 views over 30 degrees, loading and saving included\n"]
-        parts += [table(head, [_case_line(row) for row in found["registrations"]])]
-    parts.append(measured_on(found["machine"]))
-    (output / "gpu.md").write_text("\n".join(parts) + "\n", encoding="utf-8")
+        sections += ["## Whole registrations, 2 views over 30 degrees, loading and saving included\n"]
+        sections += [table(head, [_case_line(row) for row in found["registrations"]])]
+    sections.append(measured_on(found["machine"]))
+    (output / "gpu.md").write_text("\n".join(sections) + "\n", encoding="utf-8")
 
 
 def _kernel_line(name: str, rays: dict, key: str) -> list[str]:

@@ -1,6 +1,6 @@
 #!/bin/bash
-# Everything that needs a GPU, in at most 8 minutes: the CUDA tests, the ray kernel against the card's memory, and whole
-# registrations on the GPU and on the CPU. Writes results/gpu.json and results/gpu.md.
+# Everything that needs a GPU, in at most 8 minutes: the CUDA tests, the ray kernel against the card's memory, warp and
+# soft tissue part by part, and whole registrations on the GPU and on the CPU. Writes results/gpu.json and results/gpu.md.
 #
 #   Testing/Benchmarks/gpu.sh [FOLDER OF WHEELS]
 #
@@ -18,6 +18,8 @@ if [ $# -gt 0 ]; then
 fi
 export PYTHONPATH=$PWD${PYTHONPATH:+:$PYTHONPATH}
 python3 -c 'import sys, torch; sys.exit(None if torch.cuda.is_available() else "gpu.sh: torch finds no CUDA device: run it on a machine with an NVIDIA GPU and a CUDA build of torch.")'
-timeout 90 python3 -m pytest -q -p no:xdist -k "cuda" Testing/Core/registration/fit/test_device_problem.py ||
+timeout 90 python3 -m pytest -q -p no:xdist -k "cuda" \
+    Testing/Core/registration/fit/test_device_problem.py Testing/Core/registration/fit/test_device_soft_tissue.py \
+    Testing/Core/warp/test_torch_warp.py ||
     echo "gpu.sh: CUDA tests failed or ran out of time; going on." >&2
 timeout 380 python3 Testing/Benchmarks/gpu.py --device cuda

@@ -11,7 +11,8 @@ import numpy as np
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.evaluation import metrics
-from PolyPoseLib.warp.dense import field_on, jacobian_determinant
+from PolyPoseLib.warp.dense import jacobian_determinant
+from PolyPoseLib.warp.field_grids import field_on
 
 _VOXELS_AT_ONCE = 1 << 21
 

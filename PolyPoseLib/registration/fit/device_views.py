@@ -104,14 +104,18 @@ class DeviceView:
     def products(self, images: Tensor, jacobians: Tensor) -> Tensor:
         """(S, 7, 7) weighted sums of products of the derivatives by six unknowns and the residual with each other."""
         image = self.normalised(images)
-        changes = jacobians.double()
+        residual = (image.values - self.target)[:, None]
+        every = torch.cat([self.derivatives(image, jacobians), residual], dim=1).flatten(2)
+        return (every * self.weight.reshape(-1)) @ every.transpose(1, 2)
+
+    def derivatives(self, image: NormalisedImages, changes: Tensor) -> Tensor:
+        """Changes (S, P, H, W) float64 of normalised images, by changes (S, P, H, W) of the images."""
+        changes = changes.double()
         mean = self._mean(changes)
         product = self._mean(changes * image.centred[:, None])
         deviation = image.deviation[:, None]
         slope = (product - image.mean[:, None] * mean) / deviation**2
-        changes = ((changes - mean) / deviation - image.values[:, None] * slope) * self.support
-        every = torch.cat([changes, (image.values - self.target)[:, None]], dim=1).flatten(2)
-        return (every * self.weight.reshape(-1)) @ every.transpose(1, 2)
+        return ((changes - mean) / deviation - image.values[:, None] * slope) * self.support
 
     def _mean(self, images: Tensor) -> Tensor:
         """Patch means of images (..., H, W), of the pixels that count."""

@@ -8,9 +8,12 @@ Computing 30, 2020).
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import torch
 
 DEVIATION_MM = 8.0
 """Standard deviation of each component of the displacement, in the mean over the box; two thirds of it inside."""
@@ -81,7 +84,11 @@ class SoftModes:
         return first * second * third
 
     def on_grid(
-        self, coefficients: np.ndarray, affine: np.ndarray, shape: tuple[int, int, int]
+        self,
+        coefficients: np.ndarray,
+        affine: np.ndarray,
+        shape: tuple[int, int, int],
+        device: torch.device | None = None,
     ) -> np.ndarray:
         """Sum of the modes at the nodes of a grid with the same axes.
 
@@ -93,6 +100,8 @@ class SoftModes:
             Index (i, j, k) of the grid to LPS mm.
         shape : (int, int, int)
             Its nodes (k, j, i).
+        device : torch.device, optional
+            Where torch sums; None for numpy.
 
         Returns
         -------
@@ -107,9 +116,10 @@ class SoftModes:
             self._cosines(axis, to_own[axis, axis] * np.arange(shape[2 - axis]) + to_own[axis, 3])
             for axis in range(3)
         )
-        partly = np.einsum("xa,abcd->xbcd", i, full)
-        partly = np.einsum("yb,xbcd->yxcd", j, partly)
-        return np.einsum("zc,yxcd->zyxd", k, partly)
+        if device is None:
+            return _summed(np.einsum, (i, j, k), full)
+        i, j, k, full = (torch.as_tensor(each, device=device) for each in (i, j, k, full))
+        return _summed(torch.einsum, (i, j, k), full).cpu().numpy()
 
     def _cosines(self, axis: int, index: np.ndarray) -> np.ndarray:
         """(N, numbers along the axis) float32 at indices (N,) along it."""
@@ -118,6 +128,13 @@ class SoftModes:
         place = (index * spacing + LENGTH_MM / 2) / edge
         frequencies = np.pi * np.arange(self.numbers[:, axis].max() + 1)
         return np.cos(place[:, None] * frequencies).astype(np.float32)
+
+
+def _summed(einsum: Callable, cosines: Sequence, full: Any) -> Any:
+    """Sum over all numbers along i, j and k, by numpy's or torch's einsum and their arrays; see on_grid."""
+    partly = einsum("xa,abcd->xbcd", cosines[0], full)
+    partly = einsum("yb,xbcd->yxcd", cosines[1], partly)
+    return einsum("zc,yxcd->zyxd", cosines[2], partly)
 
 
 def _edges(affine: np.ndarray, shape: tuple[int, int, int]) -> np.ndarray:

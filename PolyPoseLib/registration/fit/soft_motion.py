@@ -14,6 +14,7 @@ import numpy as np
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, summed
 from PolyPoseLib.registration.fit.soft_jacobian import SoftJacobian
+from PolyPoseLib.registration.fit.soft_products import Products, device_products, products
 from PolyPoseLib.registration.fit.soft_size import MotionEquations
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.fit.views import LevelViews
@@ -116,15 +117,22 @@ class _Step:
             normalised = self._normalised(n)
             residual = normalised.values - view.target
             weight = robust_weight(view, residual, view.contrast.support > 0)
-            changes = jacobian.of_view(view.camera, self.state.corrections[n])
-            whole = (0, view.camera.height, 0, view.camera.width)
-            changes = view.contrast.derivative(normalised, changes, whole)[0].reshape(count, -1)
-            weighted = changes * weight.reshape(-1)
-            matrix += weighted @ changes.T
-            gradient += weighted @ residual.reshape(-1)
+            found = self._products(n, jacobian, normalised, weight)
+            matrix += found.matrix
+            gradient += found.gradient
             cost += float((weight * residual.astype(np.float64) ** 2).sum())
             self.weights.append(weight)
         return matrix, gradient, cost
+
+    def _products(
+        self, n: int, jacobian: SoftJacobian, image: NormalisedImage, weight: np.ndarray
+    ) -> Products:
+        """What a view contributes, for its normalised rendering and pixel weights (H, W)."""
+        view, correction = self.views.views[n], self.state.corrections[n]
+        if self.soft.device is None:
+            return products(view, image, weight, jacobian.of_view(view.camera, correction))
+        bones = summed(np.zeros_like(view.static), self.bones[n])
+        return device_products(view, bones, weight, jacobian.on_device(view.camera, correction))
 
     def _images(self, field: DisplacementField) -> float:
         """The images' cost with soft tissue that a field displaces; the views then show it."""

@@ -15,7 +15,8 @@ from PolyPoseLib.registration.fit.soft_size import MotionEquations
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.rendering.backend import Backend, IndexField
 from PolyPoseLib.rendering.rigid import Body, index_rays
-from PolyPoseLib.warp.dense import POINTS_PER_CHUNK, displacement_field, flat_points
+from PolyPoseLib.warp.dense import displacement_field
+from PolyPoseLib.warp.field_grids import POINTS_PER_CHUNK, flat_points
 from PolyPoseLib.warp.polyrigid import PolyrigidWarp, RotationFalloff, WeightFrame
 from PolyPoseLib.warp.weights import DistanceMaps, WeightForm, distance_maps
 
@@ -43,6 +44,8 @@ class SoftTissue:
         Of the weights, as in :class:`PolyrigidWarp`.
     rotation_reach_mm : float, optional
         Distance at which tissue takes half of a bone's rotation; None for no limit.
+    device : torch.device, optional
+        Where torch moves the tissue and takes its derivatives; None for compiled loops where numba is installed.
 
     """
 
@@ -53,8 +56,9 @@ class SoftTissue:
         form: WeightForm = "rigid",
         epsilon: float = 0.1,
         rotation_reach_mm: float | None = None,
+        device: torch.device | None = None,
     ) -> None:
-        self.scene = scene
+        self.scene, self.device = scene, device
         self.frame: WeightFrame = frame
         self.form: WeightForm = form
         self.epsilon = epsilon
@@ -122,14 +126,15 @@ class SoftTissue:
             if len(self._followed) >= FIELDS_KEPT:
                 self._followed.pop(next(iter(self._followed)))
             affine, shape = self._grid
-            self._followed[key] = displacement_field(self.warp(self._distances()[0], poses), affine, shape)
+            warp = self.warp(self._distances()[0], poses)
+            self._followed[key] = displacement_field(warp, affine, shape, device=self.device)
         return self._followed[key]
 
     def moved(self, field: DisplacementField, freedom: np.ndarray | None = None) -> DisplacementField:
         """A field that follows the bones, with the motion beside it; freedom: its, where it is known already."""
         if self.coefficients is None:
             return field
-        beside = self.modes.on_grid(self.coefficients, field.affine, field.shape)
+        beside = self.modes.on_grid(self.coefficients, field.affine, field.shape, self.device)
         beside *= (self.freedom(field) if freedom is None else freedom)[..., None]
         return DisplacementField(field.vectors + beside, field.affine)
 
@@ -146,8 +151,8 @@ class SoftTissue:
         for start in range(0, len(vectors), POINTS_PER_CHUNK):
             part = slice(start, min(start + POINTS_PER_CHUNK, len(vectors)))
             nodes = flat_points(field.affine, field.shape, part.start, part.stop)
-            places = torch.from_numpy((nodes + vectors[part]).astype(np.float32))
-            squared = self._distances()[1](places)[0].numpy() ** 2
+            places = torch.as_tensor((nodes + vectors[part]).astype(np.float32), device=self.device)
+            squared = self._distances()[1](places)[0].cpu().numpy() ** 2
             share[part] = squared / (squared + ATTACHED_MM**2)
         return share.reshape(field.shape)
 
@@ -155,6 +160,7 @@ class SoftTissue:
         """Distance maps of every structure, and of the nearest one."""
         if not self._maps:
             each = distance_maps(self.scene.structures, self.scene.ct_affine, FIELD_MM / 2, MARGIN_MM)
+            each = each.to(self.device)
             self._maps += [each, DistanceMaps(each.signed.amin(dim=0, keepdim=True), each.affine)]
         return self._maps
 
