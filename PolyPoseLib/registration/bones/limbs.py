@@ -75,8 +75,7 @@ def restart_limbs(
     run = run.named("restarts")
     found: set[int] = set()
     groups = limbs(run.scene, contradicted)
-    for n, group in enumerate(groups):
-        run.step(n, len(groups))
+    for group in groups:
         if found.isdisjoint(group):
             before = poses
             poses = _LimbFit(run, observations, poses, level, group).best()
@@ -129,7 +128,7 @@ class _LimbFit:
         level: Level,
         group: Sequence[int],
     ) -> None:
-        self.views, self.level = LevelViews(run, observations, level), level
+        self.run, self.views, self.level = run, LevelViews(run, observations, level), level
         self.problem, state = self.views.posed_structures(poses, group)
         self.starts = [poses]
         for motion in limb_starts(run.scene, poses, group):
@@ -143,15 +142,18 @@ class _LimbFit:
         """The poses (K, 4, 4) of the best end, or those of the first start where that gains little."""
         if not any((weight > 0).any() for weight in self.weights):
             return self.starts[0]
-        ends = [self._fitted(start, SHORT) for start in self.starts]
-        here, *others = [self._settled(ends[0]), *sorted(ends[1:], key=lambda end: end.cost)[:KEPT]]
-        best = min((self._settled(end) for end in others), key=lambda end: end.cost)
+        total = len(self.starts) + (1 + KEPT) * ROUNDS
+        ends = []
+        for n, start in enumerate(self.starts):
+            self.run.step(n, total)
+            ends.append(self._fitted(start, SHORT))
+        chosen = [ends[0], *sorted(ends[1:], key=lambda end: end.cost)[:KEPT]]
+        for n in range(ROUNDS):
+            self.run.step(len(ends) + n * len(chosen), total)
+            chosen = [self._fitted(end.poses, self.level.iterations) for end in chosen]
+        here, *others = chosen
+        best = min(others, key=lambda end: end.cost)
         return best.poses if best.cost < (1 - GAIN) * here.cost else self.starts[0]
-
-    def _settled(self, end: _End) -> _End:
-        for _ in range(ROUNDS):
-            end = self._fitted(end.poses, self.level.iterations)
-        return end
 
     def _fitted(self, poses: np.ndarray, iterations: int) -> _End:
         """Fit from poses in front of their soft tissue; the cost is that in front of the end's own."""

@@ -6,6 +6,7 @@ from quiet_run import quiet_run
 
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
+from PolyPoseLib.errors import CancelledError
 from PolyPoseLib.geometry.rigid import about, perturbation, rigid_inverse
 from PolyPoseLib.registration.bones.limbs import limb_starts, limbs, restart_limbs
 from PolyPoseLib.registration.fit.levels import Level, Observation
@@ -94,6 +95,15 @@ def test_an_arm_that_is_where_it_belongs_stays(scene):
     run = quiet_run(scene, rotation_reach_mm=40.0)
     true = posed(raised(-30))
     assert restart_limbs(run, observed(raised(-30)), true, LEVEL, [UPPER, LOWER]) is true
+
+
+@pytest.mark.parametrize("asked", [1, 5])
+def test_it_stops_between_two_starts_when_asked_to(scene, asked):
+    calls = []
+    run = quiet_run(scene, cancel=lambda: calls.append(1) or len(calls) > asked)
+    with pytest.raises(CancelledError):
+        restart_limbs(run, observed(raised(30)), posed(raised(-20)), LEVEL, [UPPER, LOWER])
+    assert len(calls) == asked + 1
 
 
 @pytest.mark.parametrize("bones", [[], [UPPER], [LOWER]])
