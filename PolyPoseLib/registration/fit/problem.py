@@ -15,8 +15,9 @@ import numpy as np
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.rigid import about, adjoint_of_correction, perturbation
 from PolyPoseLib.registration.fit.camera_prior import WEIGHT, CameraPrior
+from PolyPoseLib.registration.fit.linearised import Block, Linearised, overlap_product
 from PolyPoseLib.rendering.backend import Backend
-from PolyPoseLib.rendering.rigid import Body, BodyProjection, Window, project_body, slices_of
+from PolyPoseLib.rendering.rigid import Body, BodyProjection, project_body
 from PolyPoseLib.similarity.local_contrast import LocalContrast
 
 CameraGroups = Sequence[Sequence[int]]
@@ -139,48 +140,6 @@ class PosePrior(Protocol):
     def add_to(self, poses: np.ndarray, matrix: np.ndarray, gradient: np.ndarray) -> float:
         """Add the Gauss-Newton terms of half the cost to ``matrix`` (P, P) and ``gradient`` (P,); returns the cost."""
         ...
-
-
-@dataclass(frozen=True)
-class Block:
-    """Derivative of a view's residual by six unknowns.
-
-    Attributes
-    ----------
-    first : int
-        Number of the first unknown.
-    window : Window
-        Where it is not zero.
-    jacobian : np.ndarray
-        (6, h, w) inside the window.
-
-    """
-
-    first: int
-    window: Window
-    jacobian: np.ndarray
-
-    @property
-    def slices(self) -> tuple[slice, slice]:
-        """The window as an index into an image."""
-        return slices_of(self.window)
-
-
-@dataclass(frozen=True)
-class Linearised:
-    """A view's residual and its derivatives.
-
-    Attributes
-    ----------
-    residual : np.ndarray
-        (H, W) normalised rendering less normalised X-ray.
-    blocks : list[Block]
-        Derivatives by the unknowns that the view depends on.
-
-    """
-
-    residual: np.ndarray
-    blocks: list[Block]
 
 
 @dataclass
@@ -307,7 +266,7 @@ class RigidProblem:
                 residual = linear.residual[block.slices]
                 gradient[rows] += scale * (weighted[a].reshape(6, -1) @ residual.reshape(-1))
                 for b in range(a + 1):
-                    product = scale * _overlap_product(block, weighted[a], linear.blocks[b])
+                    product = scale * overlap_product(block, weighted[a], linear.blocks[b])
                     columns = slice(linear.blocks[b].first, linear.blocks[b].first + 6)
                     matrix[rows, columns] += product
                     if b != a:
@@ -354,20 +313,6 @@ class RigidProblem:
     @staticmethod
     def _view_cost(residual: np.ndarray, view: View) -> float:
         return float((view.weight * residual.astype(np.float64) ** 2).sum())
-
-
-def _overlap_product(first: Block, weighted: np.ndarray, second: Block) -> np.ndarray:
-    """(6, 6) sum over the pixels that two blocks share of the first's weighted derivative times the second's."""
-    row0, row1 = max(first.window[0], second.window[0]), min(first.window[1], second.window[1])
-    column0, column1 = max(first.window[2], second.window[2]), min(first.window[3], second.window[3])
-    if row0 >= row1 or column0 >= column1:
-        return np.zeros((6, 6))
-
-    def part(values: np.ndarray, window: Window) -> np.ndarray:
-        rows = slice(row0 - window[0], row1 - window[0])
-        return values[:, rows, column0 - window[2] : column1 - window[2]].reshape(6, -1)
-
-    return part(weighted, first.window) @ part(second.jacobian, second.window).T
 
 
 def summed(static: np.ndarray, projections: Iterable[BodyProjection]) -> np.ndarray:

@@ -16,7 +16,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from PolyPoseLib.geometry.camera import Camera
-from PolyPoseLib.registration.fit.problem import Linearised, RigidProblem, State
+from PolyPoseLib.registration.fit.linearised import Linearised
+from PolyPoseLib.registration.fit.problem import RigidProblem, State
 from PolyPoseLib.registration.fit.refutation import PATCHES_PER_CLUSTER, cluster_sums
 
 INFLATION = 5.0
