@@ -20,6 +20,9 @@ from pathlib import Path
 from benchmark_runs import RESULTS
 from benchmark_tables import machine
 
+from PolyPoseLib.io.benchmark.benchmark_folder import TABLES
+from PolyPoseLib.io.benchmark.tables import LONG_TABLE
+
 NAME = "systems"
 TRAINED = ("liftreg", "2d3d-regnet")
 METHODS = ("rest", "polypose", "polypose-found", "paper", "rigid", "dense-r3", "dense-se3")
@@ -95,12 +98,12 @@ def weight_files(sample: str, arguments: argparse.Namespace) -> dict[str, Path]:
 
 def keep_tables(sample: str, arguments: argparse.Namespace) -> None:
     """The benchmark's Markdown tables as one page, and all numbers of their rows that are no single structure's."""
-    tables = runs_of(sample, arguments) / "tables"
+    tables = runs_of(sample, arguments) / TABLES
     pages = [path.read_text(encoding="utf-8").strip() for path in sorted(tables.glob("table-*.md"))]
     measured = ", ".join(f"{key} {value}" for key, value in machine().items())
     text = "\n\n".join([*pages, f"## Measured on\n\n{measured}\n"])
     (arguments.output / f"{NAME}_{sample}.md").write_text(text, encoding="utf-8")
-    with (tables / "scores.csv").open(encoding="utf-8", newline="") as source:
+    with (tables / LONG_TABLE).open(encoding="utf-8", newline="") as source:
         rows = list(csv.DictReader(source))
     with (arguments.output / f"{NAME}_{sample}.csv").open("w", encoding="utf-8", newline="") as target:
         writer = csv.DictWriter(target, list(rows[0]), lineterminator="\n")

@@ -10,25 +10,21 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
-from PolyPoseLib.geometry.rigid import about, perturbation
-from PolyPoseLib.registration.bones.restarts import chain_from_anchor
+from PolyPoseLib.registration.bones.restarts import chain_from_anchor, turned_about
 from PolyPoseLib.registration.bones.rows import around
 from PolyPoseLib.registration.fit.device_problem import as_solved
 from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
-from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
-from PolyPoseLib.registration.fit.views import LevelViews
+from PolyPoseLib.registration.fit.problem import RigidProblem, State
+from PolyPoseLib.registration.fit.views import LevelViews, parts_that_count
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
 
 TURN_DEG = 25.0
 """Rotation of the starts about the joint."""
-
-_AXES = np.array([each for each in product((-1.0, 0.0, 1.0), repeat=3) if any(each)])
 
 SHORT = 4
 """Iterations that every start gets; the best few continue with the level's own."""
@@ -104,11 +100,8 @@ def limb_starts(scene: Scene, poses: np.ndarray, group: Sequence[int]) -> Iterat
         if all(inside) or not any(inside):
             continue
         neighbour = joint.second if inside[0] else joint.first
-        place = (np.linalg.inv(poses[neighbour]) @ np.r_[joint.point, 1.0])[:3]
         yield poses[neighbour]
-        for axis in _AXES:
-            turn = np.radians(TURN_DEG) * axis / np.linalg.norm(axis)
-            yield poses[neighbour] @ about(perturbation(np.r_[turn, np.zeros(3)]), place)
+        yield from turned_about(poses[neighbour], joint, [TURN_DEG])
 
 
 @dataclass(frozen=True)
@@ -129,14 +122,15 @@ class _LimbFit:
         group: Sequence[int],
     ) -> None:
         self.run, self.views, self.level = run, LevelViews(run, observations, level), level
-        self.problem, state = self.views.posed_structures(poses, group)
+        self.problem = self.views.structures(group)
         self.starts = [poses]
         for motion in limb_starts(run.scene, poses, group):
             moved = poses.copy()
             moved[list(group)] = motion
             self.starts.append(moved)
-        states = [State(each, state.corrections) for each in self.starts]
-        self.weights = [around(self.problem, n, states, group).weight for n in range(len(self.problem.views))]
+        numbers = range(len(observations))
+        states = [State.of_poses(each, len(numbers)) for each in self.starts]
+        self.weights = [around(self.problem, n, states, group).weight for n in numbers]
 
     def best(self) -> np.ndarray:
         """The poses (K, 4, 4) of the best end, or those of the first start where that gains little."""
@@ -164,8 +158,6 @@ class _LimbFit:
 
     def _in_front_of_own_tissue(self, poses: np.ndarray) -> RigidProblem:
         self.views.render_soft_tissue(State.of_poses(poses, len(self.views.views)))
-        parts = zip(self.problem.views, self.weights, strict=True)
-        views: list[View] = [
-            replace(view, weight=weight).cropped_to_weight() for view, weight in parts if (weight > 0).any()
-        ]
-        return replace(self.problem, views=views)
+        views = zip(self.problem.views, self.weights, strict=True)
+        weighted = [replace(view, weight=weight) for view, weight in views]
+        return replace(self.problem, views=parts_that_count(weighted))

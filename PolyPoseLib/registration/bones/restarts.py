@@ -116,25 +116,30 @@ def _starts(scene: Scene, poses: np.ndarray, k: int, neighbour: int, far: bool) 
         yield poses[other]
     joints = [each for each in scene.articulations if k in (each.first, each.second)]
     for joint in joints:
-        place = (np.linalg.inv(pose) @ np.r_[joint.point, 1.0])[:3]
+        place = fixed_place(pose, joint)
         for axis in _AXES:
             yield pose @ about(perturbation(np.r_[np.radians(TURN_DEG) * axis, np.zeros(3)]), place)
     for axis in _AXES:
         yield pose @ perturbation(np.r_[np.zeros(3), SHIFT_MM * axis])
     if far:
         link = next(each for each in joints if neighbour in (each.first, each.second))
-        yield from _far_starts(poses[neighbour], link)
+        yield from turned_about(poses[neighbour], link, FAR_TURNS_DEG)
 
 
-def _far_starts(neighbour_pose: np.ndarray, joint: Articulation) -> Iterator[np.ndarray]:
-    """The neighbour's motion with turns about the joint with it in all directions."""
-    place = (np.linalg.inv(neighbour_pose) @ np.r_[joint.point, 1.0])[:3]
+def turned_about(pose: np.ndarray, joint: Articulation, turns_deg: Sequence[float]) -> Iterator[np.ndarray]:
+    """A pose (4, 4) with turns about where it takes a joint, in all directions."""
+    place = fixed_place(pose, joint)
     for direction in np.ndindex(3, 3, 3):
         axis = np.array(direction) - 1.0
         if axis.any():
-            for degrees in FAR_TURNS_DEG:
+            for degrees in turns_deg:
                 turn = np.radians(degrees) * axis / np.linalg.norm(axis)
-                yield neighbour_pose @ about(perturbation(np.r_[turn, np.zeros(3)]), place)
+                yield pose @ about(perturbation(np.r_[turn, np.zeros(3)]), place)
+
+
+def fixed_place(pose: np.ndarray, joint: Articulation) -> np.ndarray:
+    """(3,) fixed LPS mm of a joint of a bone with a pose (4, 4)."""
+    return (np.linalg.inv(pose) @ np.r_[joint.point, 1.0])[:3]
 
 
 def best_of(

@@ -19,7 +19,7 @@ from PolyPoseLib.registration.fit.levels import Level, Observation, pixel_size_m
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, minimise
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
 from PolyPoseLib.registration.fit.refutation import is_refuted
-from PolyPoseLib.registration.fit.views import LevelViews
+from PolyPoseLib.registration.fit.views import LevelViews, parts_that_count
 from PolyPoseLib.registration.fit.weighting import dilated, projection_mask, reliability
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
@@ -127,7 +127,7 @@ def _across(
     together[slipped] = poses[slipped] @ rigid_inverse(poses[place.edge]) @ poses[place.across]
     starts = [State(each, state.corrections) for each in (poses, together, alike)]
     parts = [around(problem, n, starts, slipped) for n in range(len(problem.views))]
-    problem = replace(problem, views=[view.cropped_to_weight() for view in parts if (view.weight > 0).any()])
+    problem = replace(problem, views=parts_that_count(parts))
     if not problem.views:
         return poses
     starts = [State.of_poses(start.poses, len(problem.views)) for start in starts]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -136,7 +136,7 @@ def problem_of_one_bone(
         None where no X-ray shows the bone.
 
     """
-    views = [view.cropped_to_weight() for view in views if (view.weight > 0).any()]
+    views = parts_that_count(views)
     if not views:
         return None
     prior = problem.prior
@@ -145,6 +145,11 @@ def problem_of_one_bone(
         prior = OneBonePrior(prior, k, state.poses, factor)
     bodies = [problem.bodies[k]]
     return replace(problem, bodies=bodies, views=views, free_poses=[0], free_cameras=[], prior=prior)
+
+
+def parts_that_count(views: Iterable[View]) -> list[View]:
+    """The parts of the views around pixels that count, of views that have any."""
+    return [view.cropped_to_weight() for view in views if (view.weight > 0).any()]
 
 
 def _total_weight(views: Sequence[View]) -> float:
