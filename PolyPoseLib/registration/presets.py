@@ -65,7 +65,10 @@ PRESETS: dict[str, Preset] = {
     ),
     "fast": Preset(
         camera_levels=(Level(6.0, 40.0, 12), Level(3.0, 20.0, 12)),
-        joint=(JointStage(Level(6.0, 40.0, 15, 0.01)), JointStage(Level(3.0, 20.0, 15, 0.005))),
+        joint=(
+            JointStage(Level(6.0, 40.0, 15, 0.01), holds_cameras=True),
+            JointStage(Level(2.0, 14.0, 15, 0.002), restart=Level(4.0, 28.0, 10, 0.001)),
+        ),
     ),
     # Its levels are those of PolyPoseLib.baselines.published.method.
     "paper": Preset(

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.registration.fit.linearised import Linearised
@@ -148,7 +148,7 @@ class PoseUncertainty:
 
     def contains(self, delta: np.ndarray, level: float = 0.95) -> bool:
         """Whether a perturbation (6,) lies inside the ellipsoid of the given probability."""
-        return bool(delta @ np.linalg.solve(self.covariance, delta) <= chi2.ppf(level, 6))
+        return bool(delta @ np.linalg.solve(self.covariance, delta) <= chdtri(6, 1 - level))
 
 
 def joint_covariance(problem: RigidProblem, state: State) -> np.ndarray:
