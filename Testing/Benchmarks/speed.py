@@ -3,7 +3,7 @@
 Contestants take turns, so that whatever else the machine does hits all of them; ratios are of medians. Peers that
 are not installed are left out.
 
-    python Testing/Benchmarks/speed.py --parts projector iteration registration scaling memory
+    python Testing/Benchmarks/speed.py --parts projector iteration limits registration scaling memory
 """
 
 from __future__ import annotations
@@ -15,13 +15,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
+import numba
 import numpy as np
 import torch
 from benchmark_cases import case_folder
 from benchmark_runs import RESULTS, register_command, resident_mib, run_measured
 from benchmark_tables import machine
+from speed_limits import ray_limits, watched_kernels
 from speed_peers import Missing, OfficialIteration, diffdrr_projector, nanodrr_projector
 from speed_scenes import (
     bone_problem,
@@ -36,14 +39,16 @@ from speed_tables import write_tables
 from PolyPoseLib.baselines.published.method import attenuation_grid
 from PolyPoseLib.evaluation.score import score_result
 from PolyPoseLib.geometry.grid import Grid
+from PolyPoseLib.io.studies import load_study
 from PolyPoseLib.io.truths import load_truth
+from PolyPoseLib.pipeline import register
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.projector import render
 from PolyPoseLib.rendering.rigid import Body, project_body
 from PolyPoseLib.rendering.select import select_backend
 
 STEP_MM = 2.0
-PARTS = ("projector", "iteration", "registration", "scaling", "memory")
+PARTS = ("projector", "iteration", "limits", "registration", "scaling", "memory")
 
 
 def main() -> int:
@@ -61,6 +66,7 @@ def main() -> int:
         results[part] = {
             "projector": lambda: time_projectors(arguments, backend),
             "iteration": lambda: time_iterations(arguments, backend),
+            "limits": lambda: time_limits(arguments, backend),
             "registration": lambda: time_registrations(arguments),
             "scaling": lambda: time_growth(arguments, backend),
             "memory": lambda: measure_memory(),
@@ -188,6 +194,27 @@ def time_iterations(arguments: argparse.Namespace, backend: Backend) -> dict:
     times = interleaved(contestants, arguments.rounds)
     samples = sum(int(p.rays.count.sum()) for p in objective.projectors)
     return {"times": times, "agreement": agreement, "samples": samples, "voxels": int(grid.voxels.size)}
+
+
+def time_limits(arguments: argparse.Namespace, backend: Backend) -> dict:
+    """The ray kernel against loads, arithmetic and memory, and the ray kernels' share of a registration."""
+    setting = pelvis(1, arguments.pixels)
+    padded = attenuation_grid(setting.ct, None)
+    body = Body(padded.voxels, padded.affine, setting.ct.bounds_center)
+    numba.set_num_threads(arguments.threads)
+    rays = ray_limits(
+        body, setting.cameras[0], STEP_MM, lambda contestants: interleaved(contestants, arguments.rounds)
+    )
+    folder = case_folder("pelvis", "2x30", 0, 2 * arguments.pixels, arguments.work)
+    study = load_study(folder / "study.json")
+    study = replace(study, options={**study.options, "device": "cpu", "threads": arguments.threads})
+    register(study)  # loads what was compiled
+    kernels: dict[str, float] = {}
+    with watched_kernels(kernels):
+        start = time.perf_counter()
+        register(study)
+        seconds = time.perf_counter() - start
+    return {"rays": rays, "whole": {"seconds": seconds, "kernels": kernels}, "backend": backend.name}
 
 
 def time_registrations(arguments: argparse.Namespace) -> dict:

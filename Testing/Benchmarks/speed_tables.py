@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from speed_limits import ARITHMETIC, BYTES_PER_SAMPLE, LOADS
+
 
 def write_tables(results: dict, path: Path) -> None:
     """Write every part that there are results of, and the machine."""
@@ -47,6 +49,39 @@ def _iteration(found: dict) -> list[str]:
     if "relative_l2" in found["agreement"]:
         note += f" Its renderings differ by {found['agreement']['relative_l2']:.1e} (relative L2)."
     return [head, *_table(["", "ms", "times the first"], rows), note + "\n"]
+
+
+def _limits(found: dict) -> list[str]:
+    rays, whole = found["rays"], found["whole"]
+    seconds, samples = rays["seconds"], rays["samples"]
+    limit = max(seconds[LOADS], seconds[ARITHMETIC])
+    rows = [
+        [
+            name,
+            f"{1e3 * each:.2f}",
+            f"{samples / each / 1e6:.0f}",
+            f"{8 * samples / each / 1e9:.2f}" if name != ARITHMETIC else "",
+            f"{BYTES_PER_SAMPLE * samples / each / 1e9:.1f}" if name != ARITHMETIC else "",
+            f"{limit / each:.0%}",
+        ]
+        for name, each in seconds.items()
+    ]
+    total, inside = whole["seconds"], sum(whole["kernels"].values())
+    saved = inside * (1 - limit / seconds["image"])
+    shares = [
+        [name, f"{each:.2f}", f"{each / total:.0%}"]
+        for name, each in sorted(whole["kernels"].items(), key=lambda item: -item[1])
+    ]
+    return [
+        "## The ray kernel against its limits\n",
+        f"One image of {samples / 1e6:.1f} million samples through {rays['voxels'] / 1e6:.1f} million voxels. A kernel "
+        "that loads a cell and interpolates in it at every sample cannot pass the slower of the last two lines. "
+        f"Copying moves {rays['copied_bytes_per_second'] / 1e9:.1f} GB/s.\n",
+        *_table(["", "ms", "million samples / s", "billion loads / s", "GB / s", "of the limit"], rows),
+        f"A registration of the pelvis in a process that has compiled and loaded everything takes {total:.1f} s, "
+        f"{inside:.1f} s of it inside ray kernels; with all at the limit it would take {total - saved:.1f} s.\n",
+        *_table(["kernel", "s", "of the registration"], shares),
+    ]
 
 
 def _registration(rows: dict) -> list[str]:
@@ -108,6 +143,7 @@ def _memory(found: dict) -> list[str]:
 WRITERS = {
     "projector": _projector,
     "iteration": _iteration,
+    "limits": _limits,
     "registration": _registration,
     "scaling": _scaling,
     "memory": _memory,
