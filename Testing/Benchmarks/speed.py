@@ -39,6 +39,7 @@ from speed_tables import write_tables
 from PolyPoseLib.baselines.published.method import attenuation_grid
 from PolyPoseLib.evaluation.score import score_result
 from PolyPoseLib.geometry.grid import Grid
+from PolyPoseLib.io.results import load_result
 from PolyPoseLib.io.studies import load_study
 from PolyPoseLib.io.truths import load_truth
 from PolyPoseLib.pipeline import register
@@ -228,7 +229,7 @@ def time_registrations(arguments: argparse.Namespace) -> dict:
         command = register_command(study, output, preset, threads=arguments.threads)
         row = run_measured(command, output.with_suffix(".txt"), arguments.limit)
         if row["exit_status"] in (0, 3):
-            row |= {"summary": score_result(output, truth, None)["summary"]}
+            row |= {"summary": score_result(load_result(output), truth)["summary"]}
             row["stages"] = json.loads((output / "result.json").read_text())["seconds"]
         rows[name] = row
     return rows
