@@ -15,6 +15,9 @@ from PolyPoseLib.evaluation.benchmark.columns import Column, Row, columns_of, vi
 OURS = "polypose"
 """The system that is tested against its best rival."""
 
+VARIANTS = ("polypose-found",)
+"""Systems of the tables that are OURS under other conditions, and so no rivals of it."""
+
 REFERENCE = "rest"
 """Doing nothing, which is no method: it stands in the tables without a rank."""
 
@@ -246,7 +249,8 @@ def _comparisons(columns: Sequence[Column], lines: Sequence[Line], ours: str) ->
 
 def _compared(column: Column, own: Line, lines: Sequence[Line]) -> Comparison | None:
     """A system against the best of the others in a column; None where there is none."""
-    rivals = [line for line in _comparable(column, lines) if line.system != own.system]
+    alike = {own.system, *(VARIANTS if own.system == OURS else ())}
+    rivals = [line for line in _comparable(column, lines) if line.system not in alike]
     if not (column.tested and column.better and rivals and column.key in own.cells):
         return None
     sign = 1 if column.better == "higher" else -1

@@ -116,6 +116,7 @@ def test_polypose_is_tested_against_its_best_rival():
             row("good", f"s{n}", base + 0.05 + 0.001 * n, hd95=1.0 + base + 0.01 * n),
             row("bad", f"s{n}", base - 0.2, hd95=9.0),
             row("rest", f"s{n}", base + 0.19, hd95=0.1),
+            row("polypose-found", f"s{n}", base + 0.18, hd95=0.2),
         ]
     (table,) = tables_of(rows)
     dice, hd95 = (next(c for c in table.comparisons if c.column.measure == m) for m in ("Dice", "HD95"))
@@ -125,6 +126,16 @@ def test_polypose_is_tested_against_its_best_rival():
     folds = next(c for c in table.comparisons if c.column.measure == "folds")
     assert folds.p is None and folds.differing == 0
     assert not [c for c in table.comparisons if c.column.span == "cost"]
+
+
+def test_a_system_of_the_users_has_every_other_for_a_rival():
+    rows = [
+        row(s, f"s{n}", v + 0.01 * n**2)
+        for s, v in (("mine", 0.5), ("polypose", 0.6), ("polypose-found", 0.7))
+        for n in range(6)
+    ]
+    (table,) = tables_of(rows, ours="mine")
+    assert {each.rival for each in table.comparisons if each.column.measure == "Dice"} == {"polypose-found"}
 
 
 def test_too_few_subjects_give_no_p():
