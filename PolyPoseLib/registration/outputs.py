@@ -91,32 +91,32 @@ def warp_study(
         On grids that cover the CT.
 
     """
-    device = soft.device
+    device, resampling = soft.device, _resampling_device(soft.device)
     distances = distance_maps(study.structures, study.ct.affine).to(device)
     exact = soft.warp(distances, poses)
     affine, shape, aligned = transform_grid(study.ct, spacing_mm)
     as_posed = soft.moved(displacement_field(exact, affine, shape, device=device))
-    without_folds = unfolded(as_posed, _near_bone(exact, affine)) if unfold else as_posed
+    near = _near_bone(exact, affine)
+    without_folds = unfolded(as_posed, near, resampling) if unfold else as_posed
     transform = without_folds
     bones = Volume(study.structures.labels, study.ct.affine)
     if unfold and exact.form == "rigid" and exact.frame == "moving":
-        transform = fitted_to_bones(without_folds, bones, poses)
+        transform = fitted_to_bones(without_folds, bones, poses, resampling)
     small = study.ct.voxels.size * len(study.structures.names) <= EXACT_WORK
     is_exact = without_folds is as_posed and soft.coefficients is None
     warp: AnyWarp = exact if small and not aligned and is_exact else transform
-    inverse = invert_field(transform).field
+    inverse = invert_field(transform, device=resampling).field
     labels = study.source_segmentation or bones
-    device = _resampling_device(device)
     if composed:
-        ct = compose_warped_ct(study.ct, study.structures, poses, warp, device=device)
-        carried = compose_warped_labels(labels, study.structures, poses, warp, device=device)
+        ct = compose_warped_ct(study.ct, study.structures, poses, warp, device=resampling)
+        carried = compose_warped_labels(labels, study.structures, poses, warp, device=resampling)
         return Warped(transform, ct, carried, inverse)
-    ct, carried = warp_volume(study.ct, warp, device=device), warp_labels(labels, warp, device=device)
+    ct, carried = warp_volume(study.ct, warp, device=resampling), warp_labels(labels, warp, device=resampling)
     return Warped(transform, ct, carried, inverse)
 
 
 def _resampling_device(device: torch.device | None) -> torch.device | None:
-    """Where torch resamples volumes: a GPU. On a CPU SimpleITK takes a fifth of its time, compiled loops a tenth."""
+    """Where torch resamples and inverts: a GPU. On a CPU SimpleITK takes a fifth of its time, loops a tenth."""
     return device if device is not None and device.type == "cuda" else None
 
 

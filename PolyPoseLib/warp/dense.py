@@ -17,6 +17,7 @@ from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.grid import require_grid, set_grid
 from PolyPoseLib.warp.field_grids import POINTS_PER_CHUNK, field_on, flat_points
+from PolyPoseLib.warp.torch_inverse import TorchField
 from PolyPoseLib.warp.vote import LabelVote, grid_index
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ def displacement_field(
     return DisplacementField(vectors, affine)
 
 
-def jacobian_determinant(field: DisplacementField) -> np.ndarray:
+def jacobian_determinant(field: DisplacementField, device: torch.device | None = None) -> np.ndarray:
     """Jacobian determinant of x + u(x) at the nodes of a displacement field u.
 
     Central differences between nodes, one-sided at the border: det(A + du/d(i, j, k)) / det A with the grid's
@@ -103,6 +104,8 @@ def jacobian_determinant(field: DisplacementField) -> np.ndarray:
     ----------
     field : DisplacementField
         Two nodes or more along every axis.
+    device : torch.device, optional
+        Where torch computes it; None for compiled loops where numba is installed.
 
     Returns
     -------
@@ -119,6 +122,8 @@ def jacobian_determinant(field: DisplacementField) -> np.ndarray:
         raise InputError(
             f"A displacement field of {field.shape} nodes has no Jacobian: give 2 or more per axis."
         )
+    if device is not None:
+        return TorchField(field, device).determinants()
     axes = np.ascontiguousarray(field.affine[:3, :3], np.float64)
     determinant = np.empty(field.shape, dtype=np.float32)
     try:

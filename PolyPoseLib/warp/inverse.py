@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +12,9 @@ from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.grid import require_grid
 from PolyPoseLib.warp.field_grids import flat_points
+
+if TYPE_CHECKING:
+    import torch
 
 POINTS_AT_ONCE = 1 << 20
 """Nodes that are inverted at once."""
@@ -46,6 +51,7 @@ def invert_field(
     shape: tuple[int, int, int] | None = None,
     tolerance_mm: float = 1e-3,
     iterations: int = 100,
+    device: torch.device | None = None,
 ) -> InverseField:
     """Inverse of a displacement field by fixed-point iteration.
 
@@ -65,6 +71,8 @@ def invert_field(
         Residual at which a node is done.
     iterations : int
         At most so many.
+    device : torch.device, optional
+        Where torch inverts it; None for compiled loops where numba is installed.
 
     Returns
     -------
@@ -90,10 +98,11 @@ def invert_field(
     vectors = np.empty((*shape, 3), dtype=np.float32)
     residual = np.empty(shape, dtype=np.float32)
     flat_vectors, flat_residual = vectors.reshape(-1, 3), residual.reshape(-1)
+    invert = invert_at if device is None else partial(_invert_on, device)
     for start in range(0, flat_residual.size, POINTS_AT_ONCE):
         part = slice(start, min(start + POINTS_AT_ONCE, flat_residual.size))
         points = flat_points(affine, shape, part.start, part.stop)
-        flat_vectors[part], flat_residual[part] = invert_at(field, points, tolerance_mm, iterations)
+        flat_vectors[part], flat_residual[part] = invert(field, points, tolerance_mm, iterations)
     return InverseField(DisplacementField(vectors, affine), residual)
 
 
@@ -111,6 +120,19 @@ def invert_at(
     vectors = np.ascontiguousarray(field.vectors)
     invert(points, vectors, to_nodes, tolerance_mm, iterations, LEAST_STEP, out, residual)
     return out, residual
+
+
+def _invert_on(
+    device: torch.device, field: DisplacementField, points: np.ndarray, tolerance_mm: float, iterations: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """:func:`invert_at` by torch on a device."""
+    import torch
+
+    from PolyPoseLib.warp.torch_inverse import TorchField
+
+    places = torch.as_tensor(points, device=device)
+    shift, residual = TorchField(field, device).inverse_at(places, tolerance_mm, iterations, LEAST_STEP)
+    return shift.cpu().numpy(), residual.cpu().numpy()
 
 
 def invert_without_kernel(

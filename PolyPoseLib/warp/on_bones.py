@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import torch
 
 from PolyPoseLib.data.displacement_field import DisplacementField, trilinear
 from PolyPoseLib.data.volume import Volume
@@ -41,7 +42,9 @@ class _Samples:
     displacement: np.ndarray
 
 
-def fitted_to_bones(field: DisplacementField, labels: Volume, poses: np.ndarray) -> DisplacementField:
+def fitted_to_bones(
+    field: DisplacementField, labels: Volume, poses: np.ndarray, device: torch.device | None = None
+) -> DisplacementField:
     """The field with nodes moved so that it agrees with the bones' motions inside bones.
 
     Parameters
@@ -52,6 +55,8 @@ def fitted_to_bones(field: DisplacementField, labels: Volume, poses: np.ndarray)
         Structures 1 to K in the CT.
     poses : (K, 4, 4) array
         Fixed to moving, LPS mm.
+    device : torch.device, optional
+        Where torch looks for folds; None for compiled loops where numba is installed.
 
     Returns
     -------
@@ -81,17 +86,19 @@ def fitted_to_bones(field: DisplacementField, labels: Volume, poses: np.ndarray)
     for axis in range(3):
         found, _ = cg(normal, matrix.T @ miss[rows, axis], maxiter=ITERATIONS)
         change.reshape(-1, 3)[nodes, axis] = found
-    return _without_new_folds(field, change)
+    return _without_new_folds(field, change, device)
 
 
-def _without_new_folds(field: DisplacementField, change: np.ndarray) -> DisplacementField:
+def _without_new_folds(
+    field: DisplacementField, change: np.ndarray, device: torch.device | None
+) -> DisplacementField:
     """The field with the change (k, j, i, 3) in mm added, less of it where it would fold the field."""
     from scipy.ndimage import binary_dilation
 
-    folded_before = jacobian_determinant(field) <= LEAST_DETERMINANT
+    folded_before = jacobian_determinant(field, device) <= LEAST_DETERMINANT
     for number in range(ROUNDS + 1):
         changed = DisplacementField(field.vectors + change, field.affine)
-        folded = (jacobian_determinant(changed) <= LEAST_DETERMINANT) & ~folded_before
+        folded = (jacobian_determinant(changed, device) <= LEAST_DETERMINANT) & ~folded_before
         if not folded.any():
             return changed
         around = np.asarray(binary_dilation(folded, iterations=1 + number // 4), dtype=bool)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
+import torch
 from scipy.ndimage import binary_dilation, find_objects
 
 from PolyPoseLib.data.displacement_field import DisplacementField
@@ -29,7 +30,11 @@ MARGIN_NODES = 14
 """Nodes around a fold that are looked at; the outermost do not move."""
 
 
-def unfolded(field: DisplacementField, held: Callable[[np.ndarray], np.ndarray]) -> DisplacementField:
+def unfolded(
+    field: DisplacementField,
+    held: Callable[[np.ndarray], np.ndarray],
+    device: torch.device | None = None,
+) -> DisplacementField:
     """The field with every fold smoothed away that can be without moving what is held.
 
     Parameters
@@ -38,6 +43,9 @@ def unfolded(field: DisplacementField, held: Callable[[np.ndarray], np.ndarray])
         Fixed to moving.
     held : Callable[[np.ndarray], np.ndarray]
         Takes fixed points (N, 3) LPS mm and returns (N,) whether their displacement must stay.
+    device : torch.device, optional
+        Where torch looks for folds; None for compiled loops where numba is installed. What is around a fold is a
+        small part of the field, and relaxed on the CPU.
 
     Returns
     -------
@@ -47,7 +55,7 @@ def unfolded(field: DisplacementField, held: Callable[[np.ndarray], np.ndarray])
     """
     if min(field.shape) < 3:
         return field
-    folded = jacobian_determinant(field) <= LEAST_DETERMINANT
+    folded = jacobian_determinant(field, device) <= LEAST_DETERMINANT
     if not folded.any():
         return field
     vectors = field.vectors.copy()

@@ -20,7 +20,8 @@ from PolyPoseLib.rendering.numba_backend import NumbaBackend
 from PolyPoseLib.rendering.select import torch_device_of
 from PolyPoseLib.rendering.torch_backend import TorchBackend
 from PolyPoseLib.simulation.simulate import view_cameras
-from PolyPoseLib.warp.dense import displacement_field, warp_labels, warp_volume
+from PolyPoseLib.warp.dense import displacement_field, jacobian_determinant, warp_labels, warp_volume
+from PolyPoseLib.warp.inverse import invert_field
 from PolyPoseLib.warp.weights import DistanceMaps, distance_maps
 
 SHAPE = (128, 160, 160)
@@ -35,6 +36,8 @@ NAMES = {
     "field": "polyrigid field of the transform",
     "ct": "warped CT",
     "labels": "warped labels",
+    "inverse": "inverse of the transform",
+    "determinants": "its Jacobian determinants",
     "soft_field": "field that soft tissue follows",
     "soft_motion": "its own motion added",
     "soft_image": "its rendering",
@@ -84,6 +87,8 @@ def actions(
         "field": lambda: displacement_field(soft.warp(maps, poses), affine, shape, device=device),
         "ct": lambda: warp_volume(ct, field, device=device),
         "labels": lambda: warp_labels(labels, field, device=device),
+        "inverse": lambda: invert_field(field, device=device),
+        "determinants": lambda: jacobian_determinant(field, device),
         "soft_field": follow,
         "soft_motion": lambda: moving.moved(following, freedom),
         "soft_image": lambda: soft.render(moved, camera, np.eye(4), SOFT_MM, backend),
