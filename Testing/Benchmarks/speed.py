@@ -215,7 +215,8 @@ def time_limits(arguments: argparse.Namespace, backend: Backend) -> dict:
         start = time.perf_counter()
         register(study)
         seconds = time.perf_counter() - start
-    return {"rays": rays, "whole": {"seconds": seconds, "kernels": kernels}, "backend": backend.name}
+    when = {"date": machine()["date"], "threads": arguments.threads}
+    return {"rays": rays, "whole": {"seconds": seconds, "kernels": kernels}, "measured": when}
 
 
 def time_registrations(arguments: argparse.Namespace) -> dict:

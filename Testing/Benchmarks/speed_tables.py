@@ -62,7 +62,7 @@ def _limits(found: dict) -> list[str]:
             f"{samples / each / 1e6:.0f}",
             f"{8 * samples / each / 1e9:.2f}" if name != ARITHMETIC else "",
             f"{BYTES_PER_SAMPLE * samples / each / 1e9:.1f}" if name != ARITHMETIC else "",
-            f"{limit / each:.0%}",
+            "" if name in (LOADS, ARITHMETIC) else f"{limit / each:.0%}",
         ]
         for name, each in seconds.items()
     ]
@@ -76,7 +76,8 @@ def _limits(found: dict) -> list[str]:
         "## The ray kernel against its limits\n",
         f"One image of {samples / 1e6:.1f} million samples through {rays['voxels'] / 1e6:.1f} million voxels. A kernel "
         "that loads a cell and interpolates in it at every sample cannot pass the slower of the last two lines. "
-        f"Copying moves {rays['copied_bytes_per_second'] / 1e9:.1f} GB/s.\n",
+        f"Copying moves {rays['copied_bytes_per_second'] / 1e9:.1f} GB/s. Measured on {found['measured']['date']} with "
+        f"{found['measured']['threads']} threads.\n",
         *_table(["", "ms", "million samples / s", "billion loads / s", "GB / s", "of the limit"], rows),
         f"A registration of the pelvis in a process that has compiled and loaded everything takes {total:.1f} s, "
         f"{inside:.1f} s of it inside ray kernels; with all at the limit it would take {total - saved:.1f} s.\n",
