@@ -27,6 +27,9 @@ NAME = "systems"
 TRAINED = ("liftreg", "2d3d-regnet")
 METHODS = ("rest", "polypose", "polypose-found", "paper", "rigid", "dense-r3", "dense-se3")
 METHODS += ("fdk-greedy", "fdk-elastix", "fdk-fireants", "fdk-convexadam", *TRAINED)
+DETAILS = ("structures", "views")
+"""Ends of the parts of a benchmark's long table that hold a number for every structure or held-out X-ray."""
+
 FINISHED = (0, 3)
 """Exit statuses of a benchmark that has written its tables; 3 where a run failed."""
 
@@ -108,7 +111,7 @@ def keep_tables(sample: str, arguments: argparse.Namespace) -> None:
     with (arguments.output / f"{NAME}_{sample}.csv").open("w", encoding="utf-8", newline="") as target:
         writer = csv.DictWriter(target, list(rows[0]), lineterminator="\n")
         writer.writeheader()
-        writer.writerows(row for row in rows if not row["name"])
+        writer.writerows(row for row in rows if row["part"].split()[-1] not in DETAILS)
 
 
 def runs_of(sample: str, arguments: argparse.Namespace) -> Path:

@@ -82,16 +82,9 @@ def load_patient(sample: str, arguments: argparse.Namespace) -> dict[str, Any]:
         Volume(labels.voxels.astype(np.int16), ct.affine), known.structures, ct
     )
     count, arc = parse_views(arguments.views)
-    source_to_detector, source_to_isocenter = DISTANCES_MM[sample]
-    cameras = view_cameras(
-        ct,
-        arc_angles(count, arc),
-        arguments.pixels,
-        DETECTOR_MM,
-        source_to_detector,
-        source_to_isocenter,
-        structures_centre(structures, ct.affine),
-    )
+    # The places of a benchmark's sources: a network knows only those that it was trained with.
+    isocenter = structures_centre(structures, ct.affine)
+    cameras = view_cameras(ct, arc_angles(count, arc), arguments.pixels, DETECTOR_MM, isocenter=isocenter)
     return {"ct": ct, "structures": structures, "anchor": known.anchor, "cameras": cameras}
 
 

@@ -56,7 +56,7 @@ def fit_trained(
     grid = NetworkGrid.of(study.ct, weights.side)
     views = views_of(study.xrays, weights.side)
     try:
-        order = weights.require(grid.extent_mm, [view.camera for view in views])
+        order = weights.require(grid, [view.camera for view in views])
     except InputError as error:
         raise InputError(
             f"{path}: these weights do not fit: {error}. Train others with {command}."

@@ -73,6 +73,11 @@ class NetworkGrid:
         return self.spacing * (self.side - 1)
 
     @property
+    def middle(self) -> np.ndarray:
+        """(3,) LPS mm."""
+        return self.affine[:3, 3] + self.half_axes.sum(axis=1)
+
+    @property
     def half_axes(self) -> np.ndarray:
         """(3, 3): a displacement in normalised coordinates to LPS mm."""
         return self.affine[:3, :3] * ((self.side - 1) / 2)
@@ -86,8 +91,7 @@ class NetworkGrid:
 
     def normalised(self, points: np.ndarray) -> np.ndarray:
         """LPS mm (..., 3) to normalised coordinates (..., 3)."""
-        centre = self.affine[:3, 3] + self.half_axes.sum(axis=1)
-        return (np.asarray(points, dtype=np.float64) - centre) @ np.linalg.inv(self.half_axes).T
+        return (np.asarray(points, dtype=np.float64) - self.middle) @ np.linalg.inv(self.half_axes).T
 
     def resampled(self, volume: Volume, outside: float = AIR_HU) -> np.ndarray:
         """A volume on the nodes, (k, j, i) float32, averaged first over the voxels that fall between two nodes."""

@@ -16,12 +16,13 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from PolyPoseLib.baselines.trained.view_directions import matched_views
+from PolyPoseLib.baselines.trained.network_grid import NetworkGrid
+from PolyPoseLib.baselines.trained.view_directions import matched_views, require_sources, sources_of
 from PolyPoseLib.errors import InputError, memory_ran_out
 from PolyPoseLib.geometry.camera import Camera
 
 FORMAT = "polypose trained system"
-VERSION = 1
+VERSION = 2
 
 MAX_BYTES = 4 << 30
 """Larger files are not read; LiftReg's components alone take 1.4 GiB at 160 nodes and 56 components."""
@@ -47,6 +48,8 @@ class TrainedWeights:
         Axes of the cameras, LPS.
     extent_mm : (2, 3) array
         Shortest and longest CT of the training along left, posterior, superior.
+    sources_mm : (2, V, 3) array
+        Least and largest coordinates of each view's source in training, LPS from the CT's middle.
     state : dict[str, Tensor]
         Of the network.
     report : dict
@@ -58,23 +61,26 @@ class TrainedWeights:
     side: int
     directions: np.ndarray
     extent_mm: np.ndarray
+    sources_mm: np.ndarray
     state: dict[str, Tensor]
     report: dict[str, Any] = field(default_factory=dict)
 
-    def require(self, extent_mm: np.ndarray, cameras: Sequence[Camera]) -> list[int]:
+    def require(self, grid: NetworkGrid, cameras: Sequence[Camera]) -> list[int]:
         """Which X-ray stands for each that the network was trained for.
 
         Raises InputError when the study's CT or X-rays are not of the kind that the weights were trained for.
         """
-        low, high = self.extent_mm
+        (low, high), extent = self.extent_mm, grid.extent_mm
         low, high = low * (1 - EXTENT_TOLERANCE), high * (1 + EXTENT_TOLERANCE)
         for axis, name in enumerate(("left to right", "front to back", "bottom to top")):
-            if not low[axis] <= extent_mm[axis] <= high[axis]:
+            if not low[axis] <= extent[axis] <= high[axis]:
                 raise InputError(
                     f"they were trained for CTs of {low[axis]:.0f} to {high[axis]:.0f} mm from {name}, "
-                    f"but the study's CT has {extent_mm[axis]:.0f} mm"
+                    f"but the study's CT has {extent[axis]:.0f} mm"
                 )
-        return matched_views(self.directions, cameras)
+        order = matched_views(self.directions, cameras)
+        require_sources(self.sources_mm, sources_of([cameras[number] for number in order], grid.middle))
+        return order
 
     def to_fields(self) -> dict[str, Any]:
         """Plain values and tensors, for torch.save, with a digest that detects damage."""
@@ -86,6 +92,7 @@ class TrainedWeights:
                 "side": self.side,
                 "directions": np.asarray(self.directions, dtype=np.float64).tolist(),
                 "extent_mm": np.asarray(self.extent_mm, dtype=np.float64).tolist(),
+                "sources_mm": np.asarray(self.sources_mm, dtype=np.float64).tolist(),
                 "report": self.report,
             },
             "state": {name: value.detach().cpu().contiguous() for name, value in self.state.items()},
@@ -108,6 +115,7 @@ class TrainedWeights:
                 int(settings["side"]),
                 np.array(settings["directions"], dtype=np.float64),
                 np.array(settings["extent_mm"], dtype=np.float64),
+                np.array(settings["sources_mm"], dtype=np.float64),
                 dict(state),
                 dict(settings["report"]),
             )
@@ -123,8 +131,11 @@ class TrainedWeights:
         unit = self.directions.ndim == 2 and self.directions.shape[1:] == (3,) and len(self.directions) > 0
         unit = unit and bool(np.allclose(np.linalg.norm(self.directions, axis=1), 1, atol=1e-6))
         extent = self.extent_mm.shape == (2, 3) and bool((self.extent_mm > 0).all())
+        sources = self.sources_mm.shape == (2, *self.directions.shape) and bool(
+            (self.sources_mm[0] <= self.sources_mm[1]).all()
+        )
         finite = all(bool(torch.isfinite(value).all()) for value in self.state.values())
-        if self.side not in SIDES or not unit or not extent or not finite:
+        if self.side not in SIDES or not unit or not extent or not sources or not finite:
             raise InputError("its settings or weights are not those of a training")
 
 

@@ -298,5 +298,11 @@ class Training:
             "curve": state.history,
         }
         return TrainedWeights(
-            self.method.name, self.pairs.side, self.pairs.directions, self.pairs.extent_mm, state.best, report
+            self.method.name,
+            self.pairs.side,
+            self.pairs.directions,
+            self.pairs.extent_mm,
+            self.pairs.sources_mm,
+            state.best,
+            report,
         )

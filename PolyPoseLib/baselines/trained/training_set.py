@@ -10,7 +10,7 @@ import numpy as np
 
 from PolyPoseLib.baselines.trained.network_grid import NetworkGrid
 from PolyPoseLib.baselines.trained.training_pairs import Preparation, PreparedPair, TrainingPair
-from PolyPoseLib.baselines.trained.view_directions import directions_of, matched_views
+from PolyPoseLib.baselines.trained.view_directions import directions_of, matched_views, sources_of
 from PolyPoseLib.errors import InputError
 
 
@@ -28,6 +28,8 @@ class TrainingSet:
         Of the first pair's cameras; all others' agree with them.
     extent_mm : (2, 3) array
         Shortest and longest CT.
+    sources_mm : (2, V, 3) array
+        Least and largest coordinates of each view's source from the CT's middle.
 
     """
 
@@ -36,6 +38,7 @@ class TrainingSet:
     side: int
     directions: np.ndarray
     extent_mm: np.ndarray
+    sources_mm: np.ndarray
 
     @classmethod
     def collected(
@@ -66,7 +69,7 @@ class TrainingSet:
         """
         training, held_out = counts
         wanted = training + held_out
-        prepare, prepared, extents = Preparation(side), [], []
+        prepare, prepared, extents, sources = Preparation(side), [], [], []
         directions = None
         progress(0, wanted)
         while len(prepared) < wanted:
@@ -80,7 +83,9 @@ class TrainingSet:
                 raise InputError(
                     "The training pairs name their views in different orders: use one order for all."
                 )
-            extents.append(NetworkGrid.of(pair.moving, side).extent_mm)
+            grid = NetworkGrid.of(pair.moving, side)
+            extents.append(grid.extent_mm)
+            sources.append(sources_of(cameras, grid.middle))
             prepared.append(prepare(pair))
             progress(len(prepared), wanted)
         if directions is None or len(prepared) < held_out + 2:
@@ -93,6 +98,7 @@ class TrainingSet:
             side,
             directions,
             np.stack([np.min(extents, axis=0), np.max(extents, axis=0)]),
+            np.stack([np.min(sources, axis=0), np.max(sources, axis=0)]),
         )
 
     def fingerprint(self) -> str:

@@ -36,7 +36,12 @@ def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("weights")
     for name in TRAINED:
         weights = TrainedWeights(
-            name, 16, np.eye(3)[:2], np.array([[100.0] * 3, [200.0] * 3]), {"w": torch.ones(2)}
+            name,
+            16,
+            np.eye(3)[:2],
+            np.array([[100.0] * 3, [200.0] * 3]),
+            np.zeros((2, 2, 3)),
+            {"w": torch.ones(2)},
         )
         torch.save(weights.to_fields(), folder / name)
     sizes = Architecture(1, (1, 1, 1, 1), (4, 4, 8, 8))

@@ -1,5 +1,6 @@
 """Weights from a file: what was saved comes back, and everything else is refused in one sentence."""
 
+import dataclasses
 import io
 import pickle
 import zipfile
@@ -98,7 +99,21 @@ def test_other_views_are_refused(made, tmp_path, views, sentence):
 
 def test_views_that_are_a_little_off_are_taken(made, tmp_path):
     path = saved(made["liftreg"], tmp_path / "weights.pt")
-    fitted(path, trained_case.study(views=trained_case.cameras((4.0, 83.0))))
+    fitted(path, trained_case.study(views=trained_case.cameras((0.3, 89.8))))
+
+
+@pytest.mark.parametrize(
+    ("angles", "shift", "beyond"), [((4.0, 90.0), 0, 52), ((0.0, 90.0), 20, 20), ((0.0, 90.0), -9, 9)]
+)
+def test_sources_elsewhere_are_refused(made, tmp_path, angles, shift, beyond):
+    path = saved(made["liftreg"], tmp_path / "weights.pt")
+    views = []
+    for camera in trained_case.cameras(angles):
+        extrinsic = camera.extrinsic.copy()
+        extrinsic[:3, 3] -= extrinsic[:3, :3] @ np.array([0.0, 0.0, shift])
+        views.append(dataclasses.replace(camera, extrinsic=extrinsic))
+    with pytest.raises(InputError, match=f"one is {beyond} mm beyond those of the training"):
+        fitted(path, trained_case.study(views=views))
 
 
 def test_a_ct_of_another_size_is_refused(made, tmp_path):
@@ -189,6 +204,7 @@ def test_changed_weights_are_refused(made, change, sentence):
         whole.side,
         whole.directions,
         whole.extent_mm,
+        whole.sources_mm,
         {name: value.clone() for name, value in whole.state.items()},
         dict(whole.report),
     )
@@ -204,6 +220,9 @@ def test_changed_weights_are_refused(made, change, sentence):
         {"directions": np.ones(3)},
         {"extent_mm": np.zeros((2, 3))},
         {"extent_mm": np.ones((3, 2))},
+        {"sources_mm": np.zeros((2, 1, 3))},
+        {"sources_mm": np.stack([np.ones((2, 3)), np.zeros((2, 3))])},
+        {"sources_mm": np.full((2, 2, 3), np.nan)},
         {"state": {"weight": torch.tensor([float("nan")])}},
     ],
 )
@@ -213,6 +232,7 @@ def test_settings_that_no_training_writes_are_refused(made, part):
         "side": 16,
         "directions": whole.directions,
         "extent_mm": whole.extent_mm,
+        "sources_mm": whole.sources_mm,
         "state": whole.state,
         **part,
     }
@@ -223,6 +243,6 @@ def test_settings_that_no_training_writes_are_refused(made, part):
 
 def test_tensors_of_another_size_are_refused(made, tmp_path):
     whole = made["liftreg"]
-    wrong = TrainedWeights("liftreg", 32, whole.directions, whole.extent_mm, whole.state)
+    wrong = TrainedWeights("liftreg", 32, whole.directions, whole.extent_mm, whole.sources_mm, whole.state)
     with pytest.raises(InputError, match="do not fit their settings"):
         fitted(saved(wrong, tmp_path / "weights.pt"), trained_case.study())
