@@ -17,7 +17,6 @@ from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.grid import require_grid, set_grid
 from PolyPoseLib.warp.field_grids import POINTS_PER_CHUNK, field_on, flat_points
-from PolyPoseLib.warp.torch_inverse import TorchField
 from PolyPoseLib.warp.vote import LabelVote, grid_index
 
 if TYPE_CHECKING:
@@ -123,6 +122,8 @@ def jacobian_determinant(field: DisplacementField, device: torch.device | None =
             f"A displacement field of {field.shape} nodes has no Jacobian: give 2 or more per axis."
         )
     if device is not None:
+        from PolyPoseLib.warp.torch_inverse import TorchField
+
         return TorchField(field, device).determinants()
     axes = np.ascontiguousarray(field.affine[:3, :3], np.float64)
     determinant = np.empty(field.shape, dtype=np.float32)

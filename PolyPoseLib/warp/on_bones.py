@@ -9,14 +9,17 @@ Places that two bones claim, because their motions bring them together, are left
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import torch
 
 from PolyPoseLib.data.displacement_field import DisplacementField, trilinear
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.warp.dense import jacobian_determinant
 from PolyPoseLib.warp.unfold import LEAST_DETERMINANT
+
+if TYPE_CHECKING:
+    import torch
 
 SAMPLES_PER_NODE = 2.0
 """Voxels of bones are thinned to this many along each side of the field's cells, at least."""

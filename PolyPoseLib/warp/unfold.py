@@ -8,14 +8,17 @@ what touches them excepted, in a region that grows until no fold is left.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
-import torch
 from scipy.ndimage import binary_dilation, find_objects
 
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.geometry.grid import connected_components
 from PolyPoseLib.warp.dense import jacobian_determinant
+
+if TYPE_CHECKING:
+    import torch
 
 LEAST_DETERMINANT = 0.05
 """Jacobian determinants are brought above this; at 0 tissue would vanish."""
