@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -98,11 +99,11 @@ def invert_field(
     vectors = np.empty((*shape, 3), dtype=np.float32)
     residual = np.empty(shape, dtype=np.float32)
     flat_vectors, flat_residual = vectors.reshape(-1, 3), residual.reshape(-1)
-    invert = invert_at if device is None else partial(_invert_on, device)
+    invert = partial(invert_at, field) if device is None else _inverter_on(device, field)
     for start in range(0, flat_residual.size, POINTS_AT_ONCE):
         part = slice(start, min(start + POINTS_AT_ONCE, flat_residual.size))
         points = flat_points(affine, shape, part.start, part.stop)
-        flat_vectors[part], flat_residual[part] = invert(field, points, tolerance_mm, iterations)
+        flat_vectors[part], flat_residual[part] = invert(points, tolerance_mm, iterations)
     return InverseField(DisplacementField(vectors, affine), residual)
 
 
@@ -122,17 +123,22 @@ def invert_at(
     return out, residual
 
 
-def _invert_on(
-    device: torch.device, field: DisplacementField, points: np.ndarray, tolerance_mm: float, iterations: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """:func:`invert_at` by torch on a device."""
+def _inverter_on(
+    device: torch.device, field: DisplacementField
+) -> Callable[[np.ndarray, float, int], tuple[np.ndarray, np.ndarray]]:
+    """:func:`invert_at` of a field that is copied to a device once."""
     import torch
 
     from PolyPoseLib.warp.torch_inverse import TorchField
 
-    places = torch.as_tensor(points, device=device)
-    shift, residual = TorchField(field, device).inverse_at(places, tolerance_mm, iterations, LEAST_STEP)
-    return shift.cpu().numpy(), residual.cpu().numpy()
+    placed = TorchField(field, device)
+
+    def invert(points: np.ndarray, tolerance_mm: float, iterations: int) -> tuple[np.ndarray, np.ndarray]:
+        places = torch.as_tensor(points, device=device)
+        shift, residual = placed.inverse_at(places, tolerance_mm, iterations, LEAST_STEP)
+        return shift.cpu().numpy(), residual.cpu().numpy()
+
+    return invert
 
 
 def invert_without_kernel(

@@ -1,12 +1,9 @@
 """The dense transform and the warped volumes of a study, by torch on a device as by the compiled loops."""
 
-from contextlib import nullcontext
-
 import numpy as np
 import pytest
 import torch
 from phantom_study import case, study
-from pretended_gpu import PretendedGpu
 
 from PolyPoseLib.registration import outputs
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
@@ -14,17 +11,6 @@ from PolyPoseLib.registration.outputs import warp_study
 from PolyPoseLib.registration.scene import Scene
 
 pytest.importorskip("numba")
-
-
-@pytest.fixture(
-    params=[
-        "pretended",
-        pytest.param("cuda", marks=pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU")),
-    ]
-)
-def gpu(request):
-    with PretendedGpu() if request.param == "pretended" else nullcontext():
-        yield torch.device("cuda")
 
 
 @pytest.mark.parametrize("composed", [False, pytest.param(True, marks=pytest.mark.long)])

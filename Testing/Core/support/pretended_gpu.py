@@ -6,12 +6,16 @@ copy. Values are the CPU's.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from contextlib import AbstractContextManager, nullcontext
 
+import pytest
 import torch
 from torch import Tensor
 from torch.overrides import TorchFunctionMode
 from torch.utils._pytree import tree_leaves, tree_map
+
+CUDA = pytest.param("cuda", marks=pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU"))
+"""Among the devices of a test: it is skipped where there is none."""
 
 _CPU = torch.device("cpu")
 _DEVICE = torch.Tensor.device.__get__
@@ -79,7 +83,6 @@ def _marked(value: object, on_gpu: bool, given: list[Tensor]) -> object:
     return value
 
 
-def pretended() -> Iterator[torch.device]:
-    """The device, for a fixture."""
-    with PretendedGpu():
-        yield torch.device("cuda")
+def gpu_at(where: str) -> AbstractContextManager[object]:
+    """What a test on a device runs in: something where the device is "pretended", nothing otherwise."""
+    return PretendedGpu() if where == "pretended" else nullcontext()

@@ -1,11 +1,7 @@
 """The inverse of a displacement field and its determinants by torch on a device: those of the compiled loops."""
 
-from contextlib import nullcontext
-
 import numpy as np
 import pytest
-import torch
-from pretended_gpu import PretendedGpu
 from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 
@@ -15,17 +11,6 @@ from PolyPoseLib.warp.dense import jacobian_determinant
 from PolyPoseLib.warp.inverse import invert_field
 from PolyPoseLib.warp.on_bones import fitted_to_bones
 from PolyPoseLib.warp.unfold import unfolded
-
-
-@pytest.fixture(
-    params=[
-        "pretended",
-        pytest.param("cuda", marks=pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU")),
-    ]
-)
-def gpu(request):
-    with PretendedGpu() if request.param == "pretended" else nullcontext():
-        yield torch.device("cuda")
 
 
 def field_of(seed: int, size: float = 60.0, shape: tuple[int, int, int] = (14, 17, 15)) -> DisplacementField:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import torch
 from bones_case import Bones, motion
+from pretended_gpu import CUDA
 
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.volume import Volume
@@ -21,7 +22,7 @@ SHAPE = (17, 14, 19)
 @pytest.fixture(
     params=[
         "cpu",
-        pytest.param("cuda", marks=pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU")),
+        CUDA,
     ]
 )
 def device(request) -> torch.device:

@@ -99,7 +99,8 @@ def test_other_views_are_refused(made, tmp_path, views, sentence):
 
 def test_views_that_are_a_little_off_are_taken(made, tmp_path):
     path = saved(made["liftreg"], tmp_path / "weights.pt")
-    fitted(path, trained_case.study(views=trained_case.cameras((0.3, 89.8))))
+    motion = fitted(path, trained_case.study(views=trained_case.cameras((0.3, 89.8))))
+    assert np.isfinite(motion.field.vectors).all()
 
 
 @pytest.mark.parametrize(

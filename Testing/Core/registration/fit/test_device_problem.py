@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
 from phantom_study import phantom
+from pretended_gpu import CUDA
 
 from PolyPoseLib.geometry.rigid import about, perturbation
 from PolyPoseLib.registration.articulations import ArticulationPrior
@@ -22,7 +22,7 @@ from PolyPoseLib.simulation.simulate import view_cameras
 LEVEL = Level(4.0, 24.0, 10)
 DEVICES = [
     "cpu",
-    pytest.param("cuda", marks=pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU")),
+    CUDA,
 ]
 
 

@@ -1,6 +1,5 @@
 """The soft tissue on torch's device: moved, rendered and fitted as the compiled loops do it."""
 
-from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 import torch
 from chest_phantom import chest
 from phantom_study import case
-from pretended_gpu import PretendedGpu
+from pretended_gpu import CUDA, gpu_at
 from quiet_run import quiet_run
 
 from PolyPoseLib.data.progress import Monitor
@@ -39,7 +38,7 @@ REACH_MM = 40.0
     scope="module",
     params=[
         "cpu",
-        pytest.param("cuda", marks=pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU")),
+        CUDA,
     ],
 )
 def backends(request):
@@ -164,7 +163,7 @@ def test_steps_of_the_fit_end_where_those_of_the_loops_end(scene, cameras, backe
     [
         pytest.param("cpu", marks=pytest.mark.long),
         pytest.param("pretended", marks=pytest.mark.long),
-        pytest.param("cuda", marks=pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU")),
+        CUDA,
     ],
 )
 def test_a_registration_with_soft_motion_ends_where_the_loops_end(where):
@@ -180,7 +179,7 @@ def test_a_registration_with_soft_motion_ends_where_the_loops_end(where):
         JointStage(Level(6.0, 40.0, 3, 0.005), soft_motion=True),
     ]
     poses, motions = [], []
-    with PretendedGpu() if where == "pretended" else nullcontext():
+    with gpu_at(where):
         for backend in (NumbaBackend(), TorchBackend("cpu" if where == "cpu" else "cuda")):
             run = run_on(scene, backend)
             fit = fit_structures(run, observations, scene.rest_poses, (), stages)
