@@ -45,8 +45,8 @@ def rotation_matrix(vector: np.ndarray) -> np.ndarray:
 def rotation_vectors(rotations: np.ndarray) -> np.ndarray:
     """(..., 3) rad of rotations (..., 3, 3); faster than scipy's below a right angle, and scipy's beyond."""
     twist = rotations - np.swapaxes(rotations, -1, -2)
-    sines = np.stack([twist[..., 2, 1], twist[..., 0, 2], twist[..., 1, 0]], axis=-1) / 2
-    cosine = (np.trace(rotations, axis1=-2, axis2=-1) - 1) / 2
+    sines = twist[..., (2, 0, 1), (1, 2, 0)] / 2
+    cosine = (rotations[..., 0, 0] + rotations[..., 1, 1] + rotations[..., 2, 2] - 1) / 2
     if (cosine <= 0).any():
         return Rotation.from_matrix(rotations.reshape(-1, 3, 3)).as_rotvec().reshape(sines.shape)
     sine = np.sqrt((sines * sines).sum(axis=-1))
@@ -234,6 +234,6 @@ def rigid_inverse(matrix: ArrayLike) -> np.ndarray:
     inverse = np.zeros_like(rigid)
     rotation = np.swapaxes(rigid[..., :3, :3], -1, -2)
     inverse[..., :3, :3] = rotation
-    inverse[..., :3, 3] = -np.einsum("...ij,...j->...i", rotation, rigid[..., :3, 3])
+    inverse[..., :3, 3] = -(rotation @ rigid[..., :3, 3:])[..., 0]
     inverse[..., 3, 3] = 1
     return inverse

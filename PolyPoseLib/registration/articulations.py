@@ -186,7 +186,11 @@ class ArticulationPrior:
 
     def cost(self, poses: np.ndarray) -> float:
         """For poses (K, 4, 4) fixed to moving."""
-        return self._scale() * float((self._residuals(poses) ** 2).sum())
+        return float(self.costs(poses[None])[0])
+
+    def costs(self, poses: np.ndarray) -> np.ndarray:
+        """(S,) for poses (S, K, 4, 4) fixed to moving."""
+        return self._scale() * (self._residuals(poses) ** 2).sum(axis=(-2, -1))
 
     def add_to(self, poses: np.ndarray, matrix: np.ndarray, gradient: np.ndarray) -> float:
         """Add the Gauss-Newton terms of half the cost to ``matrix`` (P, P) and ``gradient`` (P,); returns the cost."""
@@ -209,14 +213,18 @@ class ArticulationPrior:
         return self.weight / max(_joint_count(self.articulations), 1)
 
     def _residuals(self, poses: np.ndarray) -> np.ndarray:
-        """(J, 6) each joint's gap (fixed frame) over its slide and rotation over TURN_DEG, saturated, by its weight."""
-        first, second = np.moveaxis(rigid_inverse(poses)[self._pairs], 1, 0)
-        apart = first - second
-        gap = np.einsum("jab,jb->ja", apart[:, :3, :3], self._points) + apart[:, :3, 3]
-        turn = rotation_vectors(first[:, :3, :3] @ np.swapaxes(second[:, :3, :3], 1, 2))
+        """(..., J, 6) gap (fixed frame) over slide and rotation over TURN_DEG of joints, saturated, by their weights.
+
+        poses: (..., K, 4, 4).
+        """
+        bones = rigid_inverse(poses[..., self._pairs, :, :])
+        first, second = bones[..., 0, :, :], bones[..., 1, :, :]
+        apart = (first - second)[..., :3, :]
+        gap = (apart[..., :3] @ self._points[..., None])[..., 0] + apart[..., 3]
+        turn = rotation_vectors(first[..., :3, :3] @ np.swapaxes(second[..., :3, :3], -1, -2))
         gap = _saturated(gap / self._slides, self._limits)
         turn = _saturated(turn / np.radians(TURN_DEG), 1.0)
-        return self._roots * np.concatenate([gap, turn], axis=1)
+        return self._roots * np.concatenate([gap, turn], axis=-1)
 
     def _derivative(self, joint: Articulation, k: int, poses: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """(6, 6) derivative of the joint's residual by the perturbation of pose k; residual: (6,) of weight 1."""
@@ -236,8 +244,8 @@ def _joint_count(articulations: Sequence[Articulation]) -> int:
 
 
 def _saturated(vectors: np.ndarray, limits: np.ndarray | float) -> np.ndarray:
-    """Vectors (J, 3) shortened so that none is longer than its limit (J, 1)."""
-    return vectors / np.sqrt(1 + (vectors**2).sum(axis=1, keepdims=True) / limits**2)
+    """Vectors (..., J, 3) shortened so that none is longer than its limit (J, 1)."""
+    return vectors / np.sqrt(1 + (vectors**2).sum(axis=-1, keepdims=True) / limits**2)
 
 
 def _saturation_slope(saturated: np.ndarray, limit: float) -> np.ndarray:
@@ -265,13 +273,19 @@ class OneBonePrior:
 
     def cost(self, poses: np.ndarray) -> float:
         """For poses (1, 4, 4)."""
-        return self._prior.cost(self._all(poses))
+        return float(self.costs(poses[None])[0])
+
+    def costs(self, poses: np.ndarray) -> np.ndarray:
+        """(S,) for poses (S, 1, 4, 4)."""
+        return self._prior.costs(self._all(poses))
 
     def add_to(self, poses: np.ndarray, matrix: np.ndarray, gradient: np.ndarray) -> float:
         """As :meth:`ArticulationPrior.add_to`."""
         return self._prior.add_to(self._all(poses), matrix, gradient)
 
     def _all(self, poses: np.ndarray) -> np.ndarray:
-        full = self._poses.copy()
-        full[self._number] = poses[0]
+        """(..., K, 4, 4) those of all bones, where this one's are (..., 1, 4, 4)."""
+        full = np.empty((*poses.shape[:-3], *self._poses.shape))
+        full[:] = self._poses
+        full[..., self._number, :, :] = poses[..., 0, :, :]
         return full

@@ -129,8 +129,21 @@ def _displacement(field, at, next_j, next_k, fx, fy, fz):
     )
 
 
+@numba.njit(fastmath=True)
+def _to_pixels(directions):
+    """(3, 3) takes a direction from the source, in indices, to (depth column, depth row, depth)."""
+    rows = np.empty((3, 3))
+    for axis in range(3):
+        a, b = directions[(axis + 1) % 3], directions[(axis + 2) % 3]
+        rows[axis, 0] = a[1] * b[2] - a[2] * b[1]
+        rows[axis, 1] = a[2] * b[0] - a[0] * b[2]
+        rows[axis, 2] = a[0] * b[1] - a[1] * b[0]
+    volume = rows[0, 0] * directions[0][0] + rows[0, 1] * directions[0][1] + rows[0, 2] * directions[0][2]
+    return rows / volume
+
+
 @compiled(fastmath=True)
-def depth_ranges(centres, half_edges, source, to_pixels, near, far):
+def depth_ranges(centres, half_edges, source, directions, near, far):
     """Depths (mm) between which the rays of every tile of an image can meet any of some blocks.
 
     A tile's range holds all depths of every block whose bounds in the image touch it, hence all that its rays meet.
@@ -143,8 +156,8 @@ def depth_ranges(centres, half_edges, source, to_pixels, near, far):
         (3,) of the blocks.
     source
         (3,).
-    to_pixels
-        (3, 3) takes a direction from the source, in indices, to (depth column, depth row, depth).
+    directions
+        (per_column, per_row, corner), (3,) each, of the rays: indices per mm of depth.
     near, far
         (tile rows, tile columns), overwritten; where no block projects, far is less than near.
 
@@ -152,6 +165,7 @@ def depth_ranges(centres, half_edges, source, to_pixels, near, far):
     near[:] = FARTHEST
     far[:] = -FARTHEST
     farthest_around = 0.0
+    to_pixels = _to_pixels(directions)
     half = np.abs(to_pixels) @ half_edges
     for block in range(len(centres)):
         offset = centres[block] - source

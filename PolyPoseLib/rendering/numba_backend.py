@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from PolyPoseLib.rendering.backend import IndexField
@@ -71,10 +73,12 @@ def _depth_ranges(
     from PolyPoseLib.rendering import kernels
 
     tiles = tuple(-(-size // kernels.TILE) for size in rays.shape)
-    near, far = np.zeros(tiles), np.full(tiles, kernels.FARTHEST)
-    directions = np.stack([rays.per_column, rays.per_row, rays.corner], axis=1)
+    directions = rays.per_column, rays.per_row, rays.corner
     # What is not a number must not be hidden by an empty image.
-    if occupied is not None and np.isfinite(directions).all() and np.isfinite(rays.source).all():
-        half_edges = np.asarray(occupied.half_edge + reach, np.float64)
-        kernels.depth_ranges(occupied.centres, half_edges, rays.source, np.linalg.inv(directions), near, far)
+    finite = all(math.isfinite(part.sum()) for part in (*directions, rays.source))
+    if occupied is None or not finite:
+        return np.zeros(tiles), np.full(tiles, kernels.FARTHEST)
+    near, far = np.empty(tiles), np.empty(tiles)
+    half_edges = np.asarray(occupied.half_edge + reach, np.float64)
+    kernels.depth_ranges(occupied.centres, half_edges, rays.source, directions, near, far)
     return near, far

@@ -68,8 +68,7 @@ def project_poses(
     tiles = (count, -(-height // TILE), -(-width // TILE))
     near, far = np.empty(tiles), np.empty(tiles)
     half_edges = np.full(3, body.occupied.half_edge)
-    to_pixels = np.linalg.inv(np.stack([rays.per_column, rays.per_row, rays.corner], axis=-1))
-    pose_kernels.depth_ranges_of_poses(body.occupied.centres, half_edges, rays, to_pixels, near, far)
+    pose_kernels.depth_ranges_of_poses(body.occupied.centres, half_edges, rays, near, far)
     images = np.zeros((count, height, width), np.float32)
     volume, size = flat_voxels(body.voxels), body.voxels.shape
     if not jacobian:

@@ -27,13 +27,15 @@ def _rays_of(rays, n):
 
 
 @compiled(parallel=True, fastmath=True)
-def depth_ranges_of_poses(centres, half_edges, rays, to_pixels, near, far):
+def depth_ranges_of_poses(centres, half_edges, rays, near, far):
     """:func:`PolyPoseLib.rendering.kernels.depth_ranges` for every pose.
 
-    rays: as in :func:`project_poses`; to_pixels: (S, 3, 3); near, far: (S, tile rows, tile columns), overwritten.
+    rays: as in :func:`project_poses`; near, far: (S, tile rows, tile columns), overwritten.
     """
     for n in numba.prange(len(near)):
-        depth_ranges(centres, half_edges, rays.source[n], to_pixels[n], near[n], far[n])
+        own = _rays_of(rays, n)
+        directions = own.per_column, own.per_row, own.corner
+        depth_ranges(centres, half_edges, own.source, directions, near[n], far[n])
 
 
 @compiled(parallel=True, fastmath=True)

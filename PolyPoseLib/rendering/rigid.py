@@ -7,6 +7,7 @@ frame in which the body's voxels lie; the pose is perturbed on the left, about t
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -101,17 +102,21 @@ class BodyProjection:
 
 def footprint(body: Body, camera: Camera, fixed_to_moving: np.ndarray) -> Window:
     """The smallest window of the image that holds the projection of the body's box; empty when it is outside."""
-    moving_to_fixed = rigid_inverse(fixed_to_moving)
-    corners = body.corners @ moving_to_fixed[:3, :3].T + moving_to_fixed[:3, 3]
-    in_camera = corners @ camera.extrinsic[:3, :3].T + camera.extrinsic[:3, 3]
-    if (in_camera[:, 2] <= 1.0).any():
+    to_camera = camera.extrinsic @ rigid_inverse(fixed_to_moving)
+    in_camera = body.corners @ to_camera[:3, :3].T + to_camera[:3, 3]
+    if in_camera[:, 2].min() <= 1.0:
         return 0, camera.height, 0, camera.width
     pixels = in_camera @ camera.intrinsics.T
-    pixels = pixels[:, :2] / pixels[:, 2:]
-    low, high = np.floor(pixels.min(axis=0)), np.ceil(pixels.max(axis=0)) + 1
-    column0, row0 = (int(v) for v in np.clip(low, 0, (camera.width, camera.height)))
-    column1, row1 = (int(v) for v in np.clip(high, 0, (camera.width, camera.height)))
-    return row0, max(row1, row0), column0, max(column1, column0)
+    column0, column1 = _pixels_between(pixels[:, 0] / pixels[:, 2], camera.width)
+    row0, row1 = _pixels_between(pixels[:, 1] / pixels[:, 2], camera.height)
+    return row0, row1, column0, column1
+
+
+def _pixels_between(places: np.ndarray, size: int) -> tuple[int, int]:
+    """First and one after the last of so many pixels that lie between places."""
+    low, high = math.floor(places.min()), math.ceil(places.max()) + 1
+    first = min(max(low, 0), size)
+    return first, max(min(max(high, 0), size), first)
 
 
 def project_body(

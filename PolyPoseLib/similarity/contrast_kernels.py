@@ -8,46 +8,9 @@ import numba
 import numpy as np
 
 from PolyPoseLib.compiled import compiled
+from PolyPoseLib.similarity.patch_kernels import box_sums
 
 UNKNOWNS = 6
-
-
-@numba.njit(fastmath=True)
-def _box_sums(values, first, half, window, between, sums):
-    """Sums over patches of 2 half + 1 pixels a side, zeros beyond the border.
-
-    values: of the image's part that begins at the row and column ``first``; window: rows and columns of the image for
-    which sums are wanted, no more than half a patch away from that part's border unless that is the image's; between:
-    scratch like values; sums: (rows, columns) of the window, overwritten.
-    """
-    height, width = values.shape
-    row0, column0 = window[0] - first[0], window[2] - first[1]
-    rows, columns = window[1] - window[0], window[3] - window[2]
-    for r in range(height):
-        total = 0.0
-        for c in range(max(column0 - half, 0), min(column0 + half, width)):
-            total += values[r, c]
-        for c in range(columns):
-            entering, leaving = column0 + c + half, column0 + c - half - 1
-            if entering < width:
-                total += values[r, entering]
-            if leaving >= 0:
-                total -= values[r, leaving]
-            between[r, c] = total
-    for c in range(columns):
-        sums[0, c] = 0.0
-    for r in range(max(row0 - half, 0), min(row0 + half + 1, height)):
-        for c in range(columns):
-            sums[0, c] += between[r, c]
-    for r in range(1, rows):
-        entering, leaving = row0 + r + half, row0 + r - half - 1
-        for c in range(columns):
-            total = sums[r - 1, c]
-            if entering < height:
-                total += between[entering, c]
-            if leaving >= 0:
-                total -= between[leaving, c]
-            sums[r, c] = total
 
 
 @numba.njit(fastmath=True)
@@ -75,8 +38,8 @@ def _normalised(image, view, outer, inner, values, mean, deviation):
             part[r - outer[0], c - outer[2]] = view.background[r, c] + image[r, c] if inside else 0.0
     between = np.empty_like(part)
     first = (outer[0], outer[2])
-    _box_sums(part, first, half, inner, between, mean)
-    _box_sums(part * part, first, half, inner, between, deviation)
+    box_sums(part, first, half, inner, between, mean)
+    box_sums(part * part, first, half, inner, between, deviation)
     area = float(view.size * view.size)
     for r in range(inner[1] - inner[0]):
         for c in range(inner[3] - inner[2]):
@@ -163,11 +126,11 @@ def normals_of_images(images, jacobians, windows, view, costs, matrices, gradien
                 for c in range(change.shape[1]):
                     row, column = window[0] + r, window[2] + c
                     change[r, c] = jacobians[n, a, row, column] * view.mask[row, column]
-            _box_sums(change, first, half, inner, between, averages)
+            box_sums(change, first, half, inner, between, averages)
             for r in range(change.shape[0]):
                 for c in range(change.shape[1]):
                     change[r, c] *= part[window[0] + r - outer[0], window[2] + c - outer[2]]
-            _box_sums(change, first, half, inner, between, products)
+            box_sums(change, first, half, inner, between, products)
             for r in range(rows):
                 for c in range(columns):
                     row, column = inner[0] + r, inner[2] + c

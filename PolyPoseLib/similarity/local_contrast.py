@@ -8,9 +8,14 @@ cross-correlation distance, whatever the local gain and offset (exposure, scatte
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from types import ModuleType
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
+
+Part = tuple[int, int, int, int]
+"""Row 0, row 1, column 0, column 1 of a part of an image, ends excluded."""
 
 
 def box_mean(images: np.ndarray, size: int) -> np.ndarray:
@@ -42,7 +47,7 @@ class LocalContrast:
         self.floor = floor
         self.noise = noise
         share = box_mean(self.mask, size)
-        self.share = np.maximum(share, 1e-6)
+        self.share = np.maximum(share, np.float32(1e-6))
         self.support = (mask & (share > 0.25)).astype(np.float32)
 
     def cropped(self, rows: slice, columns: slice) -> LocalContrast:
@@ -70,12 +75,24 @@ class LocalContrast:
             The normalised image, with what its derivative needs.
 
         """
+        lacking = 0.0 if noisy else self.noise**2
+        least_variance = np.empty(self.mask.shape)
+        least_variance[:] = self.floor**2 + lacking
+        loops = _compiled()
+        if loops is None:
+            return self._normalised(image, least_variance)
+        parts = [np.empty(self.mask.shape, np.float32) for _ in range(4)]
+        views = self.mask, self.share, self.support, least_variance
+        loops.normalise(np.ascontiguousarray(image, np.float32), *views, self.size, *parts)
+        return NormalisedImage(*parts)
+
+    def _normalised(self, image: np.ndarray, least_variance: np.ndarray) -> NormalisedImage:
+        """:meth:`normalise` without compiled loops."""
         centred = np.where(self.mask > 0, image, 0).astype(np.float64)
         centred = centred - centred.sum() / max(self.mask.sum(), 1.0)
         mean = self.mean(centred)
         variance = np.maximum(self.mean(centred * centred) - mean * mean, 0)
-        lacking = 0.0 if noisy else self.noise**2
-        deviation = np.sqrt(variance + self.floor**2 + lacking)
+        deviation = np.sqrt(variance + least_variance)
         values = (centred - mean) / deviation * self.support
         return NormalisedImage(
             values.astype(np.float32),
@@ -85,8 +102,8 @@ class LocalContrast:
         )
 
     def derivative(
-        self, image: NormalisedImage, changes: np.ndarray, window: tuple[int, int, int, int]
-    ) -> tuple[np.ndarray, tuple[int, int, int, int]]:
+        self, image: NormalisedImage, changes: np.ndarray, window: Part
+    ) -> tuple[np.ndarray, Part]:
         """Derivative of a normalised image by changes of the image.
 
         Parameters
@@ -95,14 +112,14 @@ class LocalContrast:
             As :meth:`normalise` returns it.
         changes : (C, h, w) array
             Changes of the image inside a window, zero elsewhere.
-        window : tuple[int, int, int, int]
-            Row 0, row 1, column 0, column 1 of the window, ends excluded.
+        window : Part
+            The window.
 
         Returns
         -------
         (C, h', w') array
             Changes of the normalised image.
-        tuple[int, int, int, int]
+        Part
             The window, grown by the patch, outside of which they are zero.
 
         """
@@ -110,6 +127,22 @@ class LocalContrast:
         grow = self.size // 2
         row0, row1 = max(window[0] - grow, 0), min(window[1] + grow, height)
         column0, column1 = max(window[2] - grow, 0), min(window[3] + grow, width)
+        outer = row0, row1, column0, column1
+        loops = _compiled()
+        if loops is None:
+            return self._derivative(image, changes, window, outer), outer
+        changed = np.empty((len(changes), row1 - row0, column1 - column0), np.float32)
+        parts = image.values, image.centred, image.mean, image.deviation
+        views = self.mask, self.share, self.support
+        changes = np.ascontiguousarray(changes, np.float32)
+        loops.differentiate(parts, changes, window, *views, self.size, outer, changed)
+        return changed, outer
+
+    def _derivative(
+        self, image: NormalisedImage, changes: np.ndarray, window: Part, outer: Part
+    ) -> np.ndarray:
+        """:meth:`derivative` inside a grown window, without compiled loops."""
+        row0, row1, column0, column1 = outer
         rows, columns = slice(row0, row1), slice(column0, column1)
         grown = np.zeros((len(changes), row1 - row0, column1 - column0), np.float32)
         grown[:, window[0] - row0 : window[1] - row0, window[2] - column0 : window[3] - column0] = changes
@@ -118,7 +151,17 @@ class LocalContrast:
         deviation = image.deviation[rows, columns]
         slope = (product - image.mean[rows, columns] * mean) / deviation**2
         result = (grown - mean) / deviation - image.values[rows, columns] * slope
-        return result * self.support[rows, columns], (row0, row1, column0, column1)
+        return result * self.support[rows, columns]
+
+
+@cache
+def _compiled() -> ModuleType | None:
+    """The compiled loops, where numba is installed."""
+    try:
+        from PolyPoseLib.similarity import local_contrast_kernels
+    except ImportError:
+        return None
+    return local_contrast_kernels
 
 
 @dataclass(frozen=True)

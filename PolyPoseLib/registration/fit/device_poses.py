@@ -40,7 +40,7 @@ class DevicePoses:
     def costs(self, poses: np.ndarray) -> np.ndarray:
         """See :class:`PolyPoseLib.registration.fit.lockstep.ManyPoses`."""
         prior = self._problem.prior
-        expected = [prior.cost(pose[None]) for pose in poses] if prior else np.zeros(len(poses))
+        expected = prior.costs(poses[:, None]) if prior else np.zeros(len(poses))
         images = torch.zeros(len(poses), dtype=torch.float64, device=self._backend.device)
         for part in self._parts(len(poses)):
             for n, view in enumerate(self._views):

@@ -51,7 +51,7 @@ class _Together:
         costs *= self._scale
         prior = self._problem.prior
         if prior is not None:
-            costs += [prior.cost(pose[None]) for pose in poses]
+            costs += prior.costs(poses[:, None])
         return costs
 
     def normal_equations(self, poses: np.ndarray) -> Normals:

@@ -137,6 +137,10 @@ class PosePrior(Protocol):
         """For poses (K, 4, 4) fixed to moving."""
         ...
 
+    def costs(self, poses: np.ndarray) -> np.ndarray:
+        """(S,) for poses (S, K, 4, 4)."""
+        ...
+
     def add_to(self, poses: np.ndarray, matrix: np.ndarray, gradient: np.ndarray) -> float:
         """Add the Gauss-Newton terms of half the cost to ``matrix`` (P, P) and ``gradient`` (P,); returns the cost."""
         ...

@@ -7,7 +7,12 @@ import pytest
 from phantom_study import HEAD, phantom
 
 from PolyPoseLib.geometry.rigid import about, perturbation
-from PolyPoseLib.registration.articulations import ArticulationPrior, bone_clouds, find_articulations
+from PolyPoseLib.registration.articulations import (
+    ArticulationPrior,
+    OneBonePrior,
+    bone_clouds,
+    find_articulations,
+)
 from PolyPoseLib.registration.bones.restarts import chain_from_anchor
 from PolyPoseLib.registration.scene import Scene
 
@@ -69,6 +74,17 @@ def test_moving_all_bones_alike_costs_nothing(scene: Scene) -> None:
     prior = ArticulationPrior(scene.articulations, scene.centres, [0, 1, 2], 1.0)
     motion = about(perturbation(np.array([0.3, -0.2, 0.1, 20.0, -30.0, 5.0])), scene.centres[0])
     assert prior.cost(np.stack([motion] * 3)) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_costs_of_many_poses_at_once_are_those_of_each(scene: Scene, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    prior = ArticulationPrior(scene.articulations, scene.centres, [1, 2], 0.7)
+    steps = rng.normal(size=(7, 3, 6)) * ([rng.choice([0.05, 1.5])] * 3 + [8.0] * 3)
+    poses = np.array([[perturbation(step) for step in each] for each in steps])
+    np.testing.assert_allclose(prior.costs(poses), [prior.cost(each) for each in poses], rtol=1e-9)
+    alone = OneBonePrior(prior, 2, poses[0])
+    np.testing.assert_allclose(alone.costs(poses[:, 2:]), [alone.cost(each[2:]) for each in poses], rtol=1e-9)
 
 
 def turned_hip(scene: Scene, degrees: float) -> np.ndarray:

@@ -116,9 +116,9 @@ def test_a_block_that_the_source_touches_is_seen_everywhere(ulps):
     source = np.array([2.0, 0.0, 0.0])
     for _ in range(ulps):
         source[0] = np.nextafter(source[0], 3.0)
-    to_pixels = np.linalg.inv(np.array([[0.0, 1e-4, 0.0], [0.0, 0.0, 1e-4], [-1.0, 0.0, 0.0]]).T)
+    directions = tuple(np.array([[0.0, 1e-4, 0.0], [0.0, 0.0, 1e-4], [-1.0, 0.0, 0.0]]))
     near, far = np.zeros((16, 16)), np.zeros((16, 16))
-    kernels.depth_ranges(np.zeros((1, 3)), np.full(3, 2.0), source, to_pixels, near, far)
+    kernels.depth_ranges(np.zeros((1, 3)), np.full(3, 2.0), source, directions, near, far)
     assert (near <= 1e-9).all() and (far >= 4).all()
 
 

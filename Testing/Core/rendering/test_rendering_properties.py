@@ -11,8 +11,9 @@ from strategies import affines, motions
 from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at
 from PolyPoseLib.geometry.rigid import rigid_inverse
 from PolyPoseLib.rendering.backend import Backend
+from PolyPoseLib.rendering.pose_images import footprints
 from PolyPoseLib.rendering.projector import render
-from PolyPoseLib.rendering.rigid import Body, project_body
+from PolyPoseLib.rendering.rigid import Body, footprint, project_body
 from PolyPoseLib.rendering.select import select_backend
 from PolyPoseLib.rendering.torch_backend import TorchBackend
 
@@ -103,3 +104,19 @@ def test_the_differentiable_renderer_agrees(backend, data, body: Body) -> None:
     image = np.zeros_like(fine)
     image[part.slices] = part.image
     close(image, fine, 0.02)
+
+
+@given(st.data())
+def test_a_footprint_holds_every_corner_inside_the_image(data: st.DataObject) -> None:
+    body = data.draw(bodies())
+    camera = data.draw(views(body))
+    pose = data.draw(motions())
+    window = footprint(body, camera, pose)
+    assert window == tuple(footprints(body, camera, pose[None])[0])
+    corners = body.corners @ rigid_inverse(pose)[:3, :3].T + rigid_inverse(pose)[:3, 3]
+    if (camera.extrinsic[2, :3] @ corners.T + camera.extrinsic[2, 3]).min() > 1.0:
+        columns, rows = camera.project(corners).T
+        inside = (rows >= 0) & (rows <= camera.height - 1) & (columns >= 0) & (columns <= camera.width - 1)
+        assert (rows[inside] >= window[0]).all() and (rows[inside] <= window[1] - 1).all()
+        assert (columns[inside] >= window[2]).all() and (columns[inside] <= window[3] - 1).all()
+    assert 0 <= window[0] <= window[1] <= camera.height and 0 <= window[2] <= window[3] <= camera.width
