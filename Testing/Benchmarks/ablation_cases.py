@@ -66,7 +66,7 @@ BODY_AND_ANCHOR = 2
 class Settings:
     """One row.
 
-    photons: per pixel; structures: None for all; weights to rotation_reach_mm: None for the preset's; system: of
+    photons: per pixel; structures: None for all; weights to epsilon: None for the preset's; system: of
     ``polypose benchmark``, which is given the true cameras, None for a registration that finds them; iterations: None
     for the system's own.
     """
@@ -85,6 +85,7 @@ class Settings:
     rotation_reach_mm: float | None = None
     system: str | None = None
     iterations: int | None = None
+    epsilon: float | None = None
 
     @classmethod
     def of(cls, row: Mapping) -> Settings:
@@ -98,6 +99,7 @@ class Settings:
     def tag(self) -> str:
         """A name for files: of what differs in the study, not in the case."""
         parts = [self.preset, self.weights, self.weight_frame]
+        parts += [f"eps{self.epsilon:g}"] if self.epsilon else []
         parts += [f"{self.structures}s"] if self.structures else []
         parts += [f"{self.erosion_mm:g}mm"] if self.erosion_mm else []
         parts += [f"reach{self.rotation_reach_mm:g}mm"] if self.rotation_reach_mm else []
@@ -118,13 +120,16 @@ class Point:
 INFINITE_REACH_MM = 1e6
 """A reach at which bones rotate all tissue, as in the plain polyrigid model."""
 
-# In words, the option "weights", the option "weight_frame".
+# In words, the options "weights", "weight_frame" and "epsilon".
 WEIGHTS = (
-    ("1/(1+0.1 d²), fixed (predecessor)", "epsilon", "fixed"),
-    ("m/(1+d²), fixed (paper)", "mass", "fixed"),
-    ("m/d², fixed", "rigid", "fixed"),
-    ("m/(1+d²), moving", "mass", "moving"),
-    ("m/d², moving (default)", "rigid", "moving"),
+    ("1/(1+d²), fixed", "epsilon", "fixed", 1.0),
+    ("1/(1+0.1 d²), fixed (predecessor)", "epsilon", "fixed", None),
+    ("1/(1+0.01 d²), fixed", "epsilon", "fixed", 0.01),
+    ("1/(1+0.001 d²), fixed", "epsilon", "fixed", 0.001),
+    ("m/(1+d²), fixed (paper)", "mass", "fixed", None),
+    ("m/d², fixed", "rigid", "fixed", None),
+    ("m/(1+d²), moving", "mass", "moving", None),
+    ("m/d², moving (default)", "rigid", "moving", None),
 )
 
 REPRESENTATIONS = (
@@ -163,8 +168,8 @@ def points(
     if study == "weights":
         rows = [(preset, *weights) for preset in weight_presets for weights in WEIGHTS]
         return [
-            Point(f"{preset}: {words}", n, {"preset": preset, **_weights(preset, form, frame)})
-            for n, (preset, words, form, frame) in enumerate(rows)
+            Point(f"{preset}: {words}", n, {"preset": preset, **_weights(preset, form, frame, epsilon)})
+            for n, (preset, words, form, frame, epsilon) in enumerate(rows)
         ]
     if study == "rotation_falloff":
         own = PRESETS["default"].rotation_reach_mm
@@ -195,14 +200,12 @@ def _system(system: str, iterations: int | None) -> dict[str, object]:
     return {"system": system, "iterations": iterations}
 
 
-def _weights(preset: str, form: str | None, frame: str | None) -> dict[str, str | None]:
+def _weights(preset: str, form: str, frame: str, epsilon: float | None) -> dict[str, object]:
     """Options of a weight function; None where it is the preset's own, so that the usual row is not run twice."""
     own = ("mass", "fixed") if preset == "paper" else ("rigid", "moving")
-    return (
-        {"weights": None, "weight_frame": None}
-        if (form, frame) == own
-        else dict(weights=form, weight_frame=frame)
-    )
+    if (form, frame) == own:
+        return {"weights": None, "weight_frame": None}
+    return {"weights": form, "weight_frame": frame, "epsilon": epsilon}
 
 
 def settings_of(point: Point, base: Settings) -> Settings:
@@ -239,7 +242,7 @@ def prepare(settings: Settings, work: Path) -> tuple[Path, dict[str, str], float
         write_volume(less, folder / fields["segmentation"])
     fields["options"] = {
         key: value
-        for key in ("preset", "weights", "weight_frame", "rotation_reach_mm")
+        for key in ("preset", "weights", "weight_frame", "rotation_reach_mm", "epsilon")
         if (value := getattr(settings, key)) is not None
     }
     study = folder / f"study_{settings.tag()}.json"
