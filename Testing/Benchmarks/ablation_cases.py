@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from benchmark_cases import STRUCTURES, case_folder, fuse, give_true_cameras
@@ -120,16 +121,25 @@ class Point:
 INFINITE_REACH_MM = 1e6
 """A reach at which bones rotate all tissue, as in the plain polyrigid model."""
 
-# In words, the options "weights", "weight_frame" and "epsilon".
+
+class WeightFunction(NamedTuple):
+    """A line of the study of weights: its name, and options of a registration, None for the preset's own."""
+
+    words: str
+    weights: str
+    weight_frame: str
+    epsilon: float | None = None
+
+
 WEIGHTS = (
-    ("1/(1+d²), fixed", "epsilon", "fixed", 1.0),
-    ("1/(1+0.1 d²), fixed (predecessor)", "epsilon", "fixed", None),
-    ("1/(1+0.01 d²), fixed", "epsilon", "fixed", 0.01),
-    ("1/(1+0.001 d²), fixed", "epsilon", "fixed", 0.001),
-    ("m/(1+d²), fixed (paper)", "mass", "fixed", None),
-    ("m/d², fixed", "rigid", "fixed", None),
-    ("m/(1+d²), moving", "mass", "moving", None),
-    ("m/d², moving (default)", "rigid", "moving", None),
+    WeightFunction("1/(1+d²), fixed", "epsilon", "fixed", 1.0),
+    WeightFunction("1/(1+0.1 d²), fixed (predecessor)", "epsilon", "fixed"),
+    WeightFunction("1/(1+0.01 d²), fixed", "epsilon", "fixed", 0.01),
+    WeightFunction("1/(1+0.001 d²), fixed", "epsilon", "fixed", 0.001),
+    WeightFunction("m/(1+d²), fixed (paper)", "mass", "fixed"),
+    WeightFunction("m/d², fixed", "rigid", "fixed"),
+    WeightFunction("m/(1+d²), moving", "mass", "moving"),
+    WeightFunction("m/d², moving (default)", "rigid", "moving"),
 )
 
 REPRESENTATIONS = (
@@ -166,10 +176,10 @@ def points(
             for count in (iterations if system in ITERATED else (None,))
         ]
     if study == "weights":
-        rows = [(preset, *weights) for preset in weight_presets for weights in WEIGHTS]
+        rows = [(preset, function) for preset in weight_presets for function in WEIGHTS]
         return [
-            Point(f"{preset}: {words}", n, {"preset": preset, **_weights(preset, form, frame, epsilon)})
-            for n, (preset, words, form, frame, epsilon) in enumerate(rows)
+            Point(f"{preset}: {function.words}", n, {"preset": preset, **_options(preset, function)})
+            for n, (preset, function) in enumerate(rows)
         ]
     if study == "rotation_falloff":
         own = PRESETS["default"].rotation_reach_mm
@@ -200,12 +210,12 @@ def _system(system: str, iterations: int | None) -> dict[str, object]:
     return {"system": system, "iterations": iterations}
 
 
-def _weights(preset: str, form: str, frame: str, epsilon: float | None) -> dict[str, object]:
+def _options(preset: str, function: WeightFunction) -> dict[str, object]:
     """Options of a weight function; None where it is the preset's own, so that the usual row is not run twice."""
     own = ("mass", "fixed") if preset == "paper" else ("rigid", "moving")
-    if (form, frame) == own:
-        return {"weights": None, "weight_frame": None}
-    return {"weights": form, "weight_frame": frame, "epsilon": epsilon}
+    chosen = function._asdict()
+    del chosen["words"]
+    return dict.fromkeys(chosen) if own == (function.weights, function.weight_frame) else chosen
 
 
 def settings_of(point: Point, base: Settings) -> Settings:
