@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from benchmark_cases import STRUCTURES, case_folder, fuse, give_true_cameras
@@ -210,7 +210,7 @@ def _system(system: str, iterations: int | None) -> dict[str, object]:
     return {"system": system, "iterations": iterations}
 
 
-def _options(preset: str, function: WeightFunction) -> dict[str, object]:
+def _options(preset: str, function: WeightFunction) -> dict[str, Any]:
     """Options of a weight function; None where it is the preset's own, so that the usual row is not run twice."""
     own = ("mass", "fixed") if preset == "paper" else ("rigid", "moving")
     chosen = function._asdict()

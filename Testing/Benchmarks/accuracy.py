@@ -37,8 +37,10 @@ from PolyPoseLib.geometry.grid import covering_grid
 from PolyPoseLib.io.truths import load_truth
 from PolyPoseLib.simulation.simulate import SimulationOptions
 
-MODES = ("still", "rigid", "paper", "paper_true_cameras", "default", "fast")
-"""still: nothing done; rigid: all bones but the anchor as one body; paper_true_cameras: the preset paper, given the
+TRUE_CAMERAS = "_true_cameras"
+
+MODES = ("still", "rigid", "paper", "paper" + TRUE_CAMERAS, "default", "fast", "default" + TRUE_CAMERAS)
+"""still: nothing done; rigid: all bones but the anchor as one body; with TRUE_CAMERAS: the preset before it, given the
 true cameras; the others are presets."""
 
 LAWS = {"harmonic": "Laplace's equation", "elastic": "linear elasticity with a free skin"}
@@ -119,8 +121,8 @@ def run_row(anatomy: str, views: str, seed: int, mode: str, arguments: argparse.
     study, preset, stands_for = folder / "study.json", mode, None
     if mode == "rigid":
         study, preset, stands_for = folder / "study_rigid.json", "default", fused_study(folder)
-    elif mode == "paper_true_cameras":
-        study, preset = study_of_true_cameras(folder, truth.cameras), "paper"
+    elif mode.endswith(TRUE_CAMERAS):
+        study, preset = study_of_true_cameras(folder, truth.cameras), mode.removesuffix(TRUE_CAMERAS)
     return register_and_score(study, truth, mode, arguments, preset, stands_for)
 
 

@@ -169,8 +169,8 @@ def _legend() -> str:
         "mean over structures that move; worst: the largest mean of any structure and seed; pose TRE: of the "
         "structures' own rigid motions; soft: the transform's error in the body outside all structures; camera: "
         "error of the anchor's projected points in the plane through each, and of the rotation. still: nothing "
-        "done; rigid: all bones but the anchor as one body; paper_true_cameras: the preset paper with the true cameras "
-        "given. CPU s: of all threads, loading and saving included.\n"
+        "done; rigid: all bones but the anchor as one body; ..._true_cameras: a preset with the true cameras given. "
+        "CPU s: of all threads, loading and saving included.\n"
     )
 
 
