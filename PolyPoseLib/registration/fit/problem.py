@@ -7,7 +7,7 @@ be held.  Everything that does not move rigidly enters a view as a static image 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -19,6 +19,9 @@ from PolyPoseLib.registration.fit.linearised import Block, Linearised, overlap_p
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.rigid import Body, BodyProjection, project_body
 from PolyPoseLib.similarity.local_contrast import LocalContrast
+
+REMEMBERED = 3
+"""Projections of a body in a view that are kept: of a state, of a trial that lowers the cost, and of a longer one."""
 
 CameraGroups = Sequence[Sequence[int]]
 """Indices of views whose cameras move: one alone, or those of a rig, which move as one."""
@@ -179,6 +182,9 @@ class RigidProblem:
     step_mm: float
     backend: Backend
     prior: PosePrior | None = None
+    _latest: dict[tuple[int, int], list[tuple[Camera, np.ndarray, BodyProjection]]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @property
     def size(self) -> int:
@@ -210,22 +216,35 @@ class RigidProblem:
 
     def project(self, state: State, view_index: int, jacobian: bool = False) -> list[BodyProjection]:
         """The projection of each body in a view."""
-        camera = self.views[view_index].camera
-        projections = []
-        for k, body in enumerate(self.bodies):
-            wanted = jacobian and (k in self.free_poses or self.camera_group(view_index) is not None)
-            pose = state.poses[k] @ state.corrections[view_index]
-            projections.append(project_body(body, camera, pose, self.step_mm, self.backend, wanted))
-        return projections
+        moves = self.camera_group(view_index) is not None
+        return [
+            self.projection(k, state, view_index, jacobian and (moves or k in self.free_poses))
+            for k in range(len(self.bodies))
+        ]
+
+    def projection(self, k: int, state: State, view_index: int, jacobian: bool = False) -> BodyProjection:
+        """The projection of one body in a view.
+
+        The latest ones without a Jacobian are remembered: costs, weights and comparisons ask for the same ones.
+        """
+        pose, camera = state.poses[k] @ state.corrections[view_index], self.views[view_index].camera
+        latest = self._latest.setdefault((k, view_index), [])
+        for by, at, part in latest if not jacobian else ():
+            if by is camera and np.array_equal(at, pose):
+                return part
+        part = project_body(self.bodies[k], camera, pose, self.step_mm, self.backend, jacobian)
+        if not jacobian:
+            latest.insert(0, (camera, pose, part))
+            del latest[REMEMBERED:]
+        return part
 
     def render_without(self, body: int, state: State, view_index: int) -> np.ndarray:
         """Line integrals (H, W) of a view with one body left out."""
         view = self.views[view_index]
         image = view.static.astype(np.float32).copy()
-        for k, other in enumerate(self.bodies):
+        for k in range(len(self.bodies)):
             if k != body:
-                pose = state.poses[k] @ state.corrections[view_index]
-                projection = project_body(other, view.camera, pose, self.step_mm, self.backend)
+                projection = self.projection(k, state, view_index)
                 image[projection.slices] += projection.image
         return image
 

@@ -9,7 +9,7 @@ from scipy.ndimage import distance_transform_edt
 
 from PolyPoseLib.registration.fit.levels import pixel_size_mm
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
-from PolyPoseLib.rendering.rigid import BodyProjection, project_body
+from PolyPoseLib.rendering.rigid import BodyProjection
 
 VISIBLE_LINE_INTEGRAL = 0.02
 """A bone shows in a pixel when it adds at least this much."""
@@ -23,13 +23,9 @@ LEAST_SCALE = 0.2
 
 def projection_mask(problem: RigidProblem, state: State, view_index: int, which: Iterable[int]) -> np.ndarray:
     """(H, W) bool: pixels of a view in which one of the bodies ``which`` shows."""
-    view = problem.views[view_index]
-    shows = np.zeros(view.static.shape, bool)
+    shows = np.zeros(problem.views[view_index].static.shape, bool)
     for k in which:
-        pose = state.poses[k] @ state.corrections[view_index]
-        mark_shown(
-            shows, project_body(problem.bodies[k], view.camera, pose, problem.step_mm, problem.backend)
-        )
+        mark_shown(shows, problem.projection(k, state, view_index))
     return shows
 
 

@@ -1,5 +1,7 @@
 """The least-squares problem: its derivatives, its minimum and its invariances."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from phantom_study import phantom
@@ -164,3 +166,22 @@ def test_cropping_views_to_their_weights_changes_no_cost(scene: Scene, seed: int
     assert part.cost == pytest.approx(whole.cost, rel=1e-4)
     np.testing.assert_allclose(part.gradient, whole.gradient, atol=2e-3 * np.abs(whole.gradient).max())
     np.testing.assert_allclose(part.matrix, whole.matrix, atol=2e-3 * np.abs(whole.matrix).max())
+
+
+def test_projections_are_remembered_only_for_their_pose_and_camera(scene: Scene) -> None:
+    rng = np.random.default_rng(5)
+    problem = _problem(scene, _poses(scene, rng, 3, 3))
+    still = np.stack([np.eye(4)] * 2)
+    states = [State(_poses(scene, rng, 3, 3), still) for _ in range(5)]
+    states += [State(states[0].poses, np.stack([perturbation(rng.normal(0, 0.02, 6)) for _ in "ab"]))]
+    for state in [*states, *states[::-1]]:
+        fresh = replace(problem)
+        for n in range(2):
+            np.testing.assert_array_equal(problem.render(state, n)[0], fresh.render(state, n)[0])
+            np.testing.assert_array_equal(
+                problem.render_without(1, state, n), fresh.render_without(1, state, n)
+            )
+            assert problem.render(state, n, jacobian=True)[1][1].jacobian is not None
+    before = problem.render(states[0], 0)[0]
+    problem.views[0].camera = problem.views[1].camera
+    assert np.abs(problem.render(states[0], 0)[0] - before).max() > 0.1
