@@ -15,17 +15,10 @@ import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.rigid import rigid_inverse
+from PolyPoseLib.geometry.windows import Window, slices_of
 from PolyPoseLib.rendering.backend import Backend
 from PolyPoseLib.rendering.kernel_arguments import IndexRays
 from PolyPoseLib.rendering.occupancy import OccupiedBlocks, occupied_blocks
-
-Window = tuple[int, int, int, int]
-"""Row 0, row 1, column 0, column 1 of a part of an image, ends excluded."""
-
-
-def slices_of(window: Window) -> tuple[slice, slice]:
-    """A window as an index into the whole image."""
-    return slice(window[0], window[1]), slice(window[2], window[3])
 
 
 @dataclass(frozen=True, eq=False)

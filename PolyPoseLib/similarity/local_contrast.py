@@ -14,8 +14,7 @@ from types import ModuleType
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-Part = tuple[int, int, int, int]
-"""Row 0, row 1, column 0, column 1 of a part of an image, ends excluded."""
+from PolyPoseLib.geometry.windows import Window
 
 
 def box_mean(images: np.ndarray, size: int) -> np.ndarray:
@@ -75,6 +74,8 @@ class LocalContrast:
             The normalised image, with what its derivative needs.
 
         """
+        if image.shape != self.mask.shape:  # compiled loops do not look where they read
+            raise ValueError(f"an image of shape {image.shape} for a mask of shape {self.mask.shape}")
         lacking = 0.0 if noisy else self.noise**2
         least_variance = np.empty(self.mask.shape)
         least_variance[:] = self.floor**2 + lacking
@@ -102,8 +103,8 @@ class LocalContrast:
         )
 
     def derivative(
-        self, image: NormalisedImage, changes: np.ndarray, window: Part
-    ) -> tuple[np.ndarray, Part]:
+        self, image: NormalisedImage, changes: np.ndarray, window: Window
+    ) -> tuple[np.ndarray, Window]:
         """Derivative of a normalised image by changes of the image.
 
         Parameters
@@ -112,18 +113,20 @@ class LocalContrast:
             As :meth:`normalise` returns it.
         changes : (C, h, w) array
             Changes of the image inside a window, zero elsewhere.
-        window : Part
+        window : Window
             The window.
 
         Returns
         -------
         (C, h', w') array
             Changes of the normalised image.
-        Part
+        Window
             The window, grown by the patch, outside of which they are zero.
 
         """
         height, width = self.mask.shape
+        if changes.shape[1:] != (window[1] - window[0], window[3] - window[2]):
+            raise ValueError(f"changes of shape {changes.shape} for the window {window}")
         grow = self.size // 2
         row0, row1 = max(window[0] - grow, 0), min(window[1] + grow, height)
         column0, column1 = max(window[2] - grow, 0), min(window[3] + grow, width)
@@ -139,7 +142,7 @@ class LocalContrast:
         return changed, outer
 
     def _derivative(
-        self, image: NormalisedImage, changes: np.ndarray, window: Part, outer: Part
+        self, image: NormalisedImage, changes: np.ndarray, window: Window, outer: Window
     ) -> np.ndarray:
         """:meth:`derivative` inside a grown window, without compiled loops."""
         row0, row1, column0, column1 = outer

@@ -39,7 +39,7 @@ def normalise(image, mask, share, support, least_variance, size, values, centred
                 total += image[r, c]
                 count += mask[r, c]
     average = total / max(count, 1.0)
-    # What does not count is the mean less than nothing: patches are asked with the mask.
+    # Outside the mask the image is 0, which is -average once centred, and patches leave it out.
     part, squares = np.empty((height, width)), np.empty((height, width))
     for r in range(height):
         for c in range(width):
@@ -47,11 +47,8 @@ def normalise(image, mask, share, support, least_variance, size, values, centred
             part[r, c] = value
             squares[r, c] = value * value
             centred[r, c] = value if mask[r, c] > 0 else -average
-    between, sums, square_sums = (
-        np.empty((height, width)),
-        np.empty((height, width)),
-        np.empty((height, width)),
-    )
+    sums, square_sums = np.empty((height, width)), np.empty((height, width))
+    between = np.empty((height, width))
     window = (0, height, 0, width)
     box_sums(part, (0, 0), size // 2, window, between, sums)
     box_sums(squares, (0, 0), size // 2, window, between, square_sums)

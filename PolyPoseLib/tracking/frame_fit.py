@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from PolyPoseLib.geometry.rigid import about, perturbation, perturbation_between, rigid_inverse
+from PolyPoseLib.geometry.windows import Window
 from PolyPoseLib.registration.bones.agreement import Agreement, agreement_in
 from PolyPoseLib.registration.fit.device_problem import as_solved
 from PolyPoseLib.registration.fit.levels import COMPARISON_LEVEL, Level, Observation, pixel_size_mm
@@ -19,7 +20,7 @@ from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions, mini
 from PolyPoseLib.registration.fit.problem import RigidProblem, State
 from PolyPoseLib.registration.fit.views import REACH_MM, LevelViews
 from PolyPoseLib.registration.fit.weighting import region_around, robust_weight
-from PolyPoseLib.rendering.rigid import Window, footprint
+from PolyPoseLib.rendering.rigid import footprint
 from PolyPoseLib.tracking.patient import Patient, cropped, seen_from
 
 COARSE = replace(COMPARISON_LEVEL, iterations=8)

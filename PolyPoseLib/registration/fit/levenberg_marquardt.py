@@ -183,7 +183,7 @@ def _lengthened(
 
 
 def falls_further(fall: np.ndarray | float, gradients: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """(...) whether the cost is expected to be lower still at twice the step, so that this is worth an evaluation.
+    """Whether the cost is expected to be lower still at twice the step, so that this is worth an evaluation.
 
     It is where the parabola that has the cost and the slope before the step, and the cost after it, is lower there.
 
@@ -195,6 +195,11 @@ def falls_further(fall: np.ndarray | float, gradients: np.ndarray, steps: np.nda
         Of half the cost, before the step.
     steps : (..., P) ndarray
         The steps.
+
+    Returns
+    -------
+    (...) ndarray
+        bool.
 
     """
     return np.asarray(fall > -4 / 3 * (gradients * steps).sum(axis=-1))

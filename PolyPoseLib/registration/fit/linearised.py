@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from PolyPoseLib.rendering.rigid import Window, slices_of
+from PolyPoseLib.geometry.windows import Window, slices_of
 
 
 @dataclass(frozen=True)

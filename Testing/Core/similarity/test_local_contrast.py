@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from PolyPoseLib.geometry.windows import Window
 from PolyPoseLib.similarity import local_contrast
-from PolyPoseLib.similarity.local_contrast import LocalContrast, Part
+from PolyPoseLib.similarity.local_contrast import LocalContrast
 
 
-def window_in(rng: np.random.Generator, height: int, width: int) -> Part:
+def window_in(rng: np.random.Generator, height: int, width: int) -> Window:
     row, column = int(rng.integers(height)), int(rng.integers(width))
     return row, int(rng.integers(row, height)) + 1, column, int(rng.integers(column, width)) + 1
 
@@ -47,3 +48,12 @@ def test_what_is_not_a_number_stays_so() -> None:
     image[4, 5] = np.nan
     normalised = LocalContrast(np.ones((20, 20), bool), 5, 0.03).normalise(image)
     assert np.isnan(normalised.values[4, 5])
+
+
+def test_images_and_changes_of_another_shape_are_refused() -> None:
+    contrast = LocalContrast(np.ones((20, 24), bool), 5, 0.03)
+    with pytest.raises(ValueError, match="mask of shape"):
+        contrast.normalise(np.zeros((20, 20), np.float32))
+    image = contrast.normalise(np.zeros((20, 24), np.float32))
+    with pytest.raises(ValueError, match="for the window"):
+        contrast.derivative(image, np.zeros((6, 4, 4), np.float32), (2, 7, 3, 7))
