@@ -140,7 +140,7 @@ def minimise(
         trial, damping = _first_that_lowers(problem, state, normal, damping, options)
         if trial is None:
             break
-        trial = _lengthened(problem, state, normal, trial, options)
+        trial = _lengthened(problem, state, trial, options)
         fall = (cost - trial.cost) / max(cost, 1e-12)
         state, cost = trial.state, trial.cost
         costs.append(cost)
@@ -166,43 +166,17 @@ def _first_that_lowers(
     return None, damping
 
 
-def _lengthened(
-    problem: Problem[S], state: S, normal: Normal, trial: _Trial[S], options: SolverOptions
-) -> _Trial[S]:
+def _lengthened(problem: Problem[S], state: S, trial: _Trial[S], options: SolverOptions) -> _Trial[S]:
     """The step doubled for as long as the cost falls and the trust region allows."""
-    while falls_further(normal.cost - trial.cost, normal.gradient, trial.step):
+    while True:
         longer = limited(2 * trial.step, options)
         if (np.abs(longer - trial.step) <= 1e-5 * np.abs(trial.step)).all():
-            break
+            return trial
         moved = problem.moved(state, longer)
         cost = problem.cost(moved)
         if not cost < trial.cost:
-            break
+            return trial
         trial = _Trial(longer, moved, cost)
-    return trial
-
-
-def falls_further(fall: np.ndarray | float, gradients: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Whether the cost is expected to be lower still at twice the step, so that this is worth an evaluation.
-
-    It is where the parabola that has the cost and the slope before the step, and the cost after it, is lower there.
-
-    Parameters
-    ----------
-    fall : (...) ndarray
-        Of the cost by the step.
-    gradients : (..., P) ndarray
-        Of half the cost, before the step.
-    steps : (..., P) ndarray
-        The steps.
-
-    Returns
-    -------
-    (...) ndarray
-        bool.
-
-    """
-    return np.asarray(fall > -4 / 3 * (gradients * steps).sum(axis=-1))
 
 
 def damped_steps(matrices: np.ndarray, gradients: np.ndarray, damping: np.ndarray) -> np.ndarray:
@@ -216,7 +190,7 @@ def damped_steps(matrices: np.ndarray, gradients: np.ndarray, damping: np.ndarra
 
 def limited(steps: np.ndarray, options: SolverOptions) -> np.ndarray:
     """Steps (..., P) with each rigid motion's part shortened to the trust region."""
-    parts = steps.reshape(*steps.shape[:-1], steps.shape[-1] // 6, 6)
+    parts = steps.reshape(*steps.shape[:-1], -1, 6)
     turn = np.linalg.norm(parts[..., :3], axis=-1) / options.largest_rotation_rad
     shift = np.linalg.norm(parts[..., 3:], axis=-1) / options.largest_translation_mm
     return (parts / np.maximum(np.maximum(turn, shift), 1.0)[..., None]).reshape(steps.shape)

@@ -12,13 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from PolyPoseLib.geometry.rigid import about, perturbation
-from PolyPoseLib.registration.fit.levenberg_marquardt import (
-    TRIALS,
-    SolverOptions,
-    damped_steps,
-    falls_further,
-    limited,
-)
+from PolyPoseLib.registration.fit.levenberg_marquardt import TRIALS, SolverOptions, damped_steps, limited
 
 
 @dataclass(frozen=True)
@@ -91,7 +85,7 @@ def minimise_together(
         normals = problem.normal_equations(poses[active])
         costs[active] = normals.costs
         trial = _first_that_lower(problem, poses[active], normals, damping[active], options)
-        _lengthen(problem, poses[active], normals, trial, options)
+        _lengthen(problem, poses[active], trial, options)
         lowered = trial.costs < normals.costs
         took = active[lowered]
         fall = (costs[took] - trial.costs[lowered]) / np.maximum(costs[took], 1e-12)
@@ -135,14 +129,10 @@ def _first_that_lower(
     return trial
 
 
-def _lengthen(
-    problem: ManyPoses, poses: np.ndarray, normals: Normals, trial: _Trials, options: SolverOptions
-) -> None:
+def _lengthen(problem: ManyPoses, poses: np.ndarray, trial: _Trials, options: SolverOptions) -> None:
     """Double each step for as long as the cost falls and the trust region allows."""
     growing = np.flatnonzero(np.isfinite(trial.costs))
     while len(growing):
-        fall = normals.costs[growing] - trial.costs[growing]
-        growing = growing[falls_further(fall, normals.gradients[growing], trial.steps[growing])]
         before = trial.steps[growing]
         longer = limited(2 * before, options)
         differs = (np.abs(longer - before) > 1e-5 * np.abs(before)).any(axis=1)

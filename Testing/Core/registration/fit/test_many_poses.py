@@ -91,9 +91,7 @@ def test_costs_and_normal_equations_are_those_of_each_pose(scene: Scene, seed: i
 def test_every_start_ends_where_it_ends_alone(scene: Scene, seed: int) -> None:
     alone = _bone(scene, seed)
     starts = _starts(scene, seed, 6)
-    options = SolverOptions(
-        30
-    )  # to the bottom: on the way there rounding may decide whether a step is doubled
+    options = SolverOptions(8)
     poses, costs = minimise_together(at_many_poses(alone), starts, options)
     for n, start in enumerate(starts):
         one = minimise(alone, State.of_poses(start[None], len(alone.views)), options)
