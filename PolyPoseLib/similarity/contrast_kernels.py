@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from PolyPoseLib.compiled import compiled
-from PolyPoseLib.similarity.patch_kernels import box_sums
+from PolyPoseLib.similarity.patch_kernels import differentiate_patches, normalise_patches
 
 UNKNOWNS = 6
 
@@ -30,27 +30,16 @@ def _normalised(image, view, outer, inner, values, mean, deviation):
 
     image: (H, W); outer: the part of it that inner's patches reach, whose masked values are returned.
     """
-    half = view.size // 2
     part = np.empty((outer[1] - outer[0], outer[3] - outer[2]))
     for r in range(outer[0], outer[1]):
         for c in range(outer[2], outer[3]):
             inside = view.mask[r, c] > 0
             part[r - outer[0], c - outer[2]] = view.background[r, c] + image[r, c] if inside else 0.0
-    between = np.empty_like(part)
-    first = (outer[0], outer[2])
-    box_sums(part, first, half, inner, between, mean)
-    box_sums(part * part, first, half, inner, between, deviation)
-    area = float(view.size * view.size)
-    for r in range(inner[1] - inner[0]):
-        for c in range(inner[3] - inner[2]):
-            row, column = inner[0] + r, inner[2] + c
-            scale = 1.0 / (area * view.share[row, column])
-            average = mean[r, c] * scale
-            variance = max(deviation[r, c] * scale - average * average, 0.0)
-            spread = np.sqrt(variance + view.least_variance[row, column])
-            mean[r, c], deviation[r, c] = average, spread
-            centred = view.background[row, column] + image[row, column]
-            values[r, c] = (centred - average) / spread * view.support[row, column]
+    rows, columns = slice(inner[0], inner[1]), slice(inner[2], inner[3])
+    normalise_patches(
+        part, (outer[0], outer[2]), inner, view.share[rows, columns], view.support[rows, columns],
+        view.least_variance[rows, columns], view.size, values, mean, deviation,
+    )  # fmt: skip
     return part
 
 
@@ -117,28 +106,17 @@ def normals_of_images(images, jacobians, windows, view, costs, matrices, gradien
         part = _normalised(images[n], view, outer, inner, values, mean, deviation)
         costs[n] += view.total + _window_cost(view, inner, values)
         changes = np.empty((UNKNOWNS, rows, columns), np.float32)
-        change, first = np.empty((window[1] - window[0], window[3] - window[2])), (window[0], window[2])
-        between = np.empty((change.shape[0], columns))
-        averages, products = np.empty(shape), np.empty(shape)
-        area = float(view.size * view.size)
+        mask = view.mask[window[0] : window[1], window[2] : window[3]]
+        share = view.share[inner[0] : inner[1], inner[2] : inner[3]]
+        support = view.support[inner[0] : inner[1], inner[2] : inner[3]]
+        centred = part[
+            window[0] - outer[0] : window[1] - outer[0], window[2] - outer[2] : window[3] - outer[2]
+        ]
         for a in range(UNKNOWNS):
-            for r in range(change.shape[0]):
-                for c in range(change.shape[1]):
-                    row, column = window[0] + r, window[2] + c
-                    change[r, c] = jacobians[n, a, row, column] * view.mask[row, column]
-            box_sums(change, first, half, inner, between, averages)
-            for r in range(change.shape[0]):
-                for c in range(change.shape[1]):
-                    change[r, c] *= part[window[0] + r - outer[0], window[2] + c - outer[2]]
-            box_sums(change, first, half, inner, between, products)
-            for r in range(rows):
-                for c in range(columns):
-                    row, column = inner[0] + r, inner[2] + c
-                    scale = 1.0 / (area * view.share[row, column])
-                    average, spread = averages[r, c] * scale, deviation[r, c]
-                    slope = (products[r, c] * scale - mean[r, c] * average) / (spread * spread)
-                    changed = (jacobians[n, a, row, column] - average) / spread - values[r, c] * slope
-                    changes[a, r, c] = changed * view.support[row, column]
+            differentiate_patches(
+                jacobians[n, a, window[0] : window[1], window[2] : window[3]], mask, centred,
+                (window[0], window[2]), inner, share, support, view.size, values, mean, deviation, changes[a],
+            )  # fmt: skip
         _add_products(changes, values, view, inner, matrices[n], gradients[n])
 
 

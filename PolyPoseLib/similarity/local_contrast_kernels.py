@@ -7,10 +7,7 @@ import numba
 import numpy as np
 
 from PolyPoseLib.compiled import compiled
-from PolyPoseLib.similarity.patch_kernels import box_sums
-
-FAST = {"nsz", "arcp", "contract", "afn", "reassoc"}
-"""Fast arithmetic in which what is not a number stays so."""
+from PolyPoseLib.similarity.patch_kernels import FAST, differentiate_patches, normalise_patches
 
 
 @compiled(fastmath=FAST)
@@ -40,26 +37,17 @@ def normalise(image, mask, share, support, least_variance, size, values, centred
                 count += mask[r, c]
     average = total / max(count, 1.0)
     # Outside the mask the image is 0, which is -average once centred, and patches leave it out.
-    part, squares = np.empty((height, width)), np.empty((height, width))
+    part = np.empty((height, width))
     for r in range(height):
         for c in range(width):
-            value = image[r, c] - average if mask[r, c] > 0 else 0.0
-            part[r, c] = value
-            squares[r, c] = value * value
-            centred[r, c] = value if mask[r, c] > 0 else -average
-    sums, square_sums = np.empty((height, width)), np.empty((height, width))
-    between = np.empty((height, width))
+            part[r, c] = image[r, c] - average if mask[r, c] > 0 else 0.0
+            centred[r, c] = part[r, c] if mask[r, c] > 0 else -average
+    exact = np.empty((3, height, width))
     window = (0, height, 0, width)
-    box_sums(part, (0, 0), size // 2, window, between, sums)
-    box_sums(squares, (0, 0), size // 2, window, between, square_sums)
-    area = float(size * size)
-    for r in range(height):
-        for c in range(width):
-            scale = 1.0 / (area * share[r, c])
-            middle = sums[r, c] * scale
-            spread = np.sqrt(max(square_sums[r, c] * scale - middle * middle, 0.0) + least_variance[r, c])
-            values[r, c] = (part[r, c] - middle) / spread * support[r, c]
-            mean[r, c], deviation[r, c] = middle, spread
+    normalise_patches(
+        part, (0, 0), window, share, support, least_variance, size, exact[0], exact[1], exact[2]
+    )  # fmt: skip
+    values[:], mean[:], deviation[:] = exact[0], exact[1], exact[2]
 
 
 @compiled(parallel=True, fastmath=FAST)
@@ -85,28 +73,14 @@ def differentiate(image, changes, window, mask, share, support, size, grown, cha
 
     """
     values, centred, mean, deviation = image
-    rows, columns = changed.shape[1:]
-    height, width = changes.shape[1:]
-    area = float(size * size)
+    row0, row1, column0, column1 = grown
+    share, support = share[row0:row1, column0:column1], support[row0:row1, column0:column1]
+    values, mean = values[row0:row1, column0:column1], mean[row0:row1, column0:column1]
+    deviation = deviation[row0:row1, column0:column1]
     first = (window[0], window[2])
+    mask = mask[first[0] : window[1], first[1] : window[3]]
+    centred = centred[first[0] : window[1], first[1] : window[3]]
     for n in numba.prange(len(changes)):
-        change, product = np.empty((height, width)), np.empty((height, width))
-        for r in range(height):
-            for c in range(width):
-                row, column = window[0] + r, window[2] + c
-                change[r, c] = changes[n, r, c] * mask[row, column]
-                product[r, c] = change[r, c] * centred[row, column]
-        between = np.empty((height, columns))
-        averages, products = np.empty((rows, columns)), np.empty((rows, columns))
-        box_sums(change, first, size // 2, grown, between, averages)
-        box_sums(product, first, size // 2, grown, between, products)
-        for r in range(rows):
-            for c in range(columns):
-                row, column = grown[0] + r, grown[2] + c
-                inside = window[0] <= row < window[1] and window[2] <= column < window[3]
-                own = changes[n, row - window[0], column - window[2]] if inside else 0.0
-                scale, spread = 1.0 / (area * share[row, column]), deviation[row, column]
-                average = averages[r, c] * scale
-                slope = (products[r, c] * scale - mean[row, column] * average) / (spread * spread)
-                result = (own - average) / spread - values[row, column] * slope
-                changed[n, r, c] = result * support[row, column]
+        differentiate_patches(
+            changes[n], mask, centred, first, grown, share, support, size, values, mean, deviation, changed[n]
+        )
