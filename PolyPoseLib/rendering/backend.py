@@ -23,6 +23,8 @@ class IndexField:
         A volume index x lies at the field's coordinate x * scale + offset.
     low, high : (3,) array
         Box of volume indices to which rays are clipped.
+    stride : int
+        Samples of a ray from one at which the field is looked up to the next; in between it is linear.
 
     """
 
@@ -31,6 +33,7 @@ class IndexField:
     offset: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    stride: int = 1
 
 
 class Backend(Protocol):

@@ -15,6 +15,7 @@ import numpy as np
 
 from PolyPoseLib.data.displacement_field import DisplacementField, trilinear
 from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.geometry.grid import bounding_box
 from PolyPoseLib.warp.dense import jacobian_determinant
 from PolyPoseLib.warp.unfold import LEAST_DETERMINANT
 
@@ -99,14 +100,35 @@ def _without_new_folds(
     from scipy.ndimage import binary_dilation
 
     folded_before = jacobian_determinant(field, device) <= LEAST_DETERMINANT
-    for number in range(ROUNDS + 1):
-        changed = DisplacementField(field.vectors + change, field.affine)
-        folded = (jacobian_determinant(changed, device) <= LEAST_DETERMINANT) & ~folded_before
+    changed = DisplacementField(field.vectors + change, field.affine)
+    folded = (jacobian_determinant(changed, device) <= LEAST_DETERMINANT) & ~folded_before
+    for number in range(ROUNDS):
         if not folded.any():
-            return changed
-        around = np.asarray(binary_dilation(folded, iterations=1 + number // 4), dtype=bool)
-        change[around] *= 0.7 if number < ROUNDS - 1 else 0.0
-    return field
+            break
+        reach = 1 + number // 4
+        box = _box_around(folded, reach + 2)
+        around = np.asarray(binary_dilation(folded[box], iterations=reach), dtype=bool)
+        change[box][around] *= 0.7 if number < ROUNDS - 1 else 0.0
+        changed.vectors[box] = field.vectors[box] + change[box]
+        part = DisplacementField(changed.vectors[box], field.affine)
+        still = (jacobian_determinant(part, device) <= LEAST_DETERMINANT) & ~folded_before[box]
+        for axis, (side, size) in enumerate(zip(box, folded.shape, strict=True)):
+            # One-sided where the box is cut, but there nothing changed and nothing was folded.
+            layers = np.moveaxis(still, axis, 0)
+            layers[0] &= side.start == 0
+            layers[-1] &= side.stop == size
+        folded[box] = still
+    return field if folded.any() else changed
+
+
+def _box_around(mask: np.ndarray, margin: int) -> tuple[slice, ...]:
+    """The smallest box that holds a mask, which is not empty, and so many nodes around it."""
+    box = bounding_box(mask)
+    assert box is not None
+    return tuple(
+        slice(max(side.start - margin, 0), min(side.stop + margin, size))
+        for side, size in zip(box, mask.shape, strict=True)
+    )
 
 
 def _bone_samples(field: DisplacementField, labels: Volume, poses: np.ndarray) -> _Samples:

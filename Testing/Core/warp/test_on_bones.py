@@ -8,6 +8,7 @@ from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.warp.dense import jacobian_determinant
 from PolyPoseLib.warp.on_bones import fitted_to_bones
+from PolyPoseLib.warp.unfold import LEAST_DETERMINANT
 
 
 def joint(seed, slide=4.0):
@@ -57,6 +58,15 @@ def test_the_field_comes_nearer_to_the_bones_without_folding(seed):
     far = np.abs(fitted.vectors - field.vectors).max(axis=-1) > 0
     nodes = np.argwhere(far)[:, ::-1] * 3.0 - 36
     assert np.linalg.norm(nodes, axis=1).max() < 24 + 3 * 3**0.5
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("slide", [9.0, 14.0, 20.0])
+def test_nothing_folds_that_was_not_folded_before(seed, slide):
+    field, labels, poses = joint(seed, slide)
+    fitted = fitted_to_bones(field, labels, poses)
+    before, after = (jacobian_determinant(each) for each in (field, fitted))
+    assert not ((after <= LEAST_DETERMINANT) & (before > LEAST_DETERMINANT)).any()
 
 
 def test_a_field_that_agrees_is_left_alone():
