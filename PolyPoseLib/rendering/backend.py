@@ -23,8 +23,6 @@ class IndexField:
         A volume index x lies at the field's coordinate x * scale + offset.
     low, high : (3,) array
         Box of volume indices to which rays are clipped.
-    stride : int
-        Samples of a ray from one at which the field is looked up to the next; in between it is linear.
 
     """
 
@@ -33,7 +31,6 @@ class IndexField:
     offset: np.ndarray
     low: np.ndarray
     high: np.ndarray
-    stride: int = 1
 
 
 class Backend(Protocol):

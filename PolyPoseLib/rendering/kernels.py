@@ -311,86 +311,60 @@ def project_with_moments(volume, size, rays, near, far, image, moments):
 
 @compiled(parallel=True, fastmath=True)
 def project_warped(
-    volume, size, field, field_size, grid_scale, grid_offset, stride, low, high, rays, near, far, image
+    volume, size, field, field_size, grid_scale, grid_offset, low, high, rays, near, far, image
 ):  # fmt: skip
     """As :func:`project`, of a volume that is warped by a field.
 
     The field is flat float32 displacements in the volume's index units, of field_size (d, h, w) times 3, on a grid
     whose coordinate is index * grid_scale + grid_offset (3,) each; beyond the grid the nearest displacement is taken.
-    It is looked up at every so many samples of a ray (stride), counted from the source wherever the ray is clipped, and
-    interpolated linearly in between. Rays are clipped to the box of indices from low to high (3,).
+    Rays are clipped to the box of indices from low to high (3,).
     """
     depth, height, width = size
-    rows, columns = image.shape
-    grid = _field_grid(field_size, grid_scale, grid_offset)
-    zero = np.float32(0.0)
-    end_x, end_y, end_z = np.float32(width - 1.0), np.float32(height - 1.0), np.float32(depth - 1.0)
-    last_i, last_j, last_k = np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
-    next_j, next_k = np.int32(width), np.int32(width * height)
-    part = np.float32(1.0 / stride)
-    for row in numba.prange(rows):
-        for column in range(columns):
-            count, s, ds, x, y, z, sx, sy, sz = _march(row, column, rays, (near, far), low, high)
-            if count == 0:
-                continue
-            total = zero
-            begin = -(np.int64(np.rint(s / ds - 0.5)) % stride)
-            m = np.float32(begin)
-            ux, uy, uz = _displacement_at(field, grid, x + m * sx, y + m * sy, z + m * sz)
-            while begin < count:
-                m = np.float32(begin + stride)
-                vx, vy, vz = _displacement_at(field, grid, x + m * sx, y + m * sy, z + m * sz)
-                for n in range(max(begin, 0), min(begin + stride, count)):
-                    m = np.float32(n)
-                    t = np.float32(n - begin) * part
-                    px = x + m * sx + ux + t * (vx - ux)
-                    py = y + m * sy + uy + t * (vy - uy)
-                    pz = z + m * sz + uz + t * (vz - uz)
-                    inside = (
-                        (px > zero) & (py > zero) & (pz > zero) & (px < end_x) & (py < end_y) & (pz < end_z)
-                    )
-                    i, fx = _cell(px, last_i)
-                    j, fy = _cell(py, last_j)
-                    k, fz = _cell(pz, last_k)
-                    value = _value(volume, _flat_index(i, j, k, next_j, next_k), next_j, next_k, fx, fy, fz)
-                    total += value if inside else zero
-                ux, uy, uz = vx, vy, vz
-                begin += stride
-            image[row, column] = total * np.float32(rays.step_mm)
-
-
-@numba.njit(inline="always", fastmath=True)
-def _field_grid(field_size, grid_scale, grid_offset):
-    """What :func:`_displacement_at` takes: scale, shift and highest coordinate (3 each), last cell (3), strides (2)."""
     nodes_k, nodes_j, nodes_i = field_size
-    return (
+    rows, columns = image.shape
+    scale_x, scale_y, scale_z = (
         np.float32(grid_scale[0]),
         np.float32(grid_scale[1]),
         np.float32(grid_scale[2]),
+    )
+    shift_x, shift_y, shift_z = (
         np.float32(grid_offset[0]),
         np.float32(grid_offset[1]),
         np.float32(grid_offset[2]),
+    )
+    zero = np.float32(0.0)
+    top_x, top_y, top_z = (
         np.float32(nodes_i - 1.001),
         np.float32(nodes_j - 1.001),
         np.float32(nodes_k - 1.001),
+    )
+    end_x, end_y, end_z = np.float32(width - 1.0), np.float32(height - 1.0), np.float32(depth - 1.0)
+    last_i, last_j, last_k = np.int32(width - 2), np.int32(height - 2), np.int32(depth - 2)
+    last_node_i, last_node_j, last_node_k = (
         np.int32(nodes_i - 2),
         np.int32(nodes_j - 2),
         np.int32(nodes_k - 2),
-        np.int32(3 * nodes_i),
-        np.int32(3 * nodes_i * nodes_j),
     )
-
-
-@numba.njit(inline="always", fastmath=True)
-def _displacement_at(field, grid, x, y, z):
-    """Displacement (3) at a volume index."""
-    zero = np.float32(0.0)
-    i, fx = _cell(min(max(x * grid[0] + grid[3], zero), grid[6]), grid[9])
-    j, fy = _cell(min(max(y * grid[1] + grid[4], zero), grid[7]), grid[10])
-    k, fz = _cell(min(max(z * grid[2] + grid[5], zero), grid[8]), grid[11])
-    at = _flat_index(np.int32(3 * i), j, k, grid[12], grid[13])
-    return (
-        _displacement(field, at, grid[12], grid[13], fx, fy, fz),
-        _displacement(field, at + 1, grid[12], grid[13], fx, fy, fz),
-        _displacement(field, at + 2, grid[12], grid[13], fx, fy, fz),
-    )
+    next_j, next_k = np.int32(width), np.int32(width * height)
+    node_j, node_k = np.int32(3 * nodes_i), np.int32(3 * nodes_i * nodes_j)
+    for row in numba.prange(rows):
+        for column in range(columns):
+            count, _s, _ds, x, y, z, sx, sy, sz = _march(row, column, rays, (near, far), low, high)
+            total = zero
+            for n in range(count):
+                m = np.float32(n)
+                px, py, pz = x + m * sx, y + m * sy, z + m * sz
+                i, fx = _cell(min(max(px * scale_x + shift_x, zero), top_x), last_node_i)
+                j, fy = _cell(min(max(py * scale_y + shift_y, zero), top_y), last_node_j)
+                k, fz = _cell(min(max(pz * scale_z + shift_z, zero), top_z), last_node_k)
+                at = _flat_index(np.int32(3 * i), j, k, node_j, node_k)
+                px += _displacement(field, at, node_j, node_k, fx, fy, fz)
+                py += _displacement(field, at + 1, node_j, node_k, fx, fy, fz)
+                pz += _displacement(field, at + 2, node_j, node_k, fx, fy, fz)
+                inside = (px > zero) & (py > zero) & (pz > zero) & (px < end_x) & (py < end_y) & (pz < end_z)
+                i, fx = _cell(px, last_i)
+                j, fy = _cell(py, last_j)
+                k, fz = _cell(pz, last_k)
+                value = _value(volume, _flat_index(i, j, k, next_j, next_k), next_j, next_k, fx, fy, fz)
+                total += value if inside else zero
+            image[row, column] = total * np.float32(rays.step_mm)

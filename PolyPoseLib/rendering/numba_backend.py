@@ -45,7 +45,7 @@ class NumbaBackend:
         image = np.zeros(rays.shape, np.float32)
         kernels.project_warped(
             flat_voxels(voxels), voxels.shape, flat_voxels(field.vectors), field.vectors.shape[:3],
-            field.scale, field.offset, field.stride, tuple(field.low), tuple(field.high), rays, near, far, image,
+            field.scale, field.offset, tuple(field.low), tuple(field.high), rays, near, far, image,
         )  # fmt: skip
         return image
 

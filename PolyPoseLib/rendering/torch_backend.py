@@ -64,16 +64,12 @@ class TorchBackend:
         vectors = torch.as_tensor(field.vectors, device=self.device).permute(3, 0, 1, 2)[None]
         to_field = _normalising(vectors.shape[2:], scale, offset)
         to_volume = _normalising(volume.shape, torch.ones_like(scale), torch.zeros_like(offset))
-
-        def displacement_at(places: Tensor) -> Tensor:
-            at = (places * to_field[0] + to_field[1])[None, None]
-            found = grid_sample(vectors, at, padding_mode="border", align_corners=True)
-            return found[0, :, 0].permute(1, 2, 0)
-
         image = torch.zeros(own.rows * own.columns, device=self.device)
         for part, number, counts in found.chunks():
             points = found.points(part, number)
-            points = points + found.looked_up(part, number, field.stride, displacement_at)
+            place = (points * to_field[0] + to_field[1])[None, None]
+            moved = grid_sample(vectors, place, padding_mode="border", align_corners=True)[0, :, 0]
+            points = points + moved.permute(1, 2, 0)
             value = _values(volume, points * to_volume[0] + to_volume[1])
             image[found.pixel[part]] = (value * counts).sum(1) * own.step_mm
         return image.reshape(rays.shape).cpu().numpy()

@@ -5,7 +5,7 @@ Rays are sorted by their number of samples, and those with about as many are gon
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import torch
@@ -90,28 +90,6 @@ class Bundle:
     def points(self, part: slice, number: Tensor) -> Tensor:
         """(r, most, 3) float32 indices of samples."""
         return torch.addcmul(self.first[part, None], number[:, None], self.step[part, None])
-
-    def looked_up(
-        self, part: slice, number: Tensor, stride: int, values_at: Callable[[Tensor], Tensor]
-    ) -> Tensor:
-        """(r, most, 3) values at samples, looked up at every so many and linear in between.
-
-        stride: counted from the source, so that it does not matter where a ray is clipped; values_at: takes indices
-        (r, n, 3) float32 to values of the same shape.
-        """
-        if stride == 1:
-            return values_at(self.points(part, number))
-        ahead = torch.round(self.depth[part] / self.spacing[part] - 0.5) % stride  # (r,) of the first sample
-        knots = torch.arange(-(-(len(number) + stride - 1) // stride) + 1, device=number.device) * stride
-        places = torch.addcmul(
-            self.first[part, None], (knots - ahead[:, None])[..., None], self.step[part, None]
-        )
-        values = values_at(places)
-        within = (number + ahead[:, None]) / stride
-        before = within.floor()
-        index = before.long()[..., None].expand(-1, -1, 3)
-        low, high = values.gather(1, index), values.gather(1, index + 1)
-        return low + (within - before)[..., None] * (high - low)
 
 
 def bundle(rays: ImageRays, low: Tensor, high: Tensor, near: Tensor, far: Tensor) -> Bundle:

@@ -23,9 +23,6 @@ from PolyPoseLib.warp.weights import DistanceMaps, WeightForm, distance_maps
 FIELD_MM = 8.0
 """Grid of the displacement field that the soft tissue is rendered through."""
 
-LOOKED_UP = 0.5
-"""Of a node's distance: how far apart rays look up a field at most."""
-
 MARGIN_MM = 30.0
 """Room around the CT for tissue that moves out of it."""
 
@@ -200,12 +197,12 @@ class SoftTissue:
         rays = index_rays(body, camera, correction, (0, camera.height, 0, camera.width), size_mm)
         if not field.vectors.any():  # at rest
             return backend.project(body.voxels, rays, False, body.occupied)[0]
-        index_field = in_index_units(field, body, MARGIN_MM, size_mm)
+        index_field = in_index_units(field, body, MARGIN_MM)
         return backend.project_warped(body.voxels, index_field, rays, body.occupied)
 
 
-def in_index_units(field: DisplacementField, body: Body, margin_mm: float, step_mm: float) -> IndexField:
-    """The field in the index units of a body whose axes are parallel to the field's, for rays with such steps."""
+def in_index_units(field: DisplacementField, body: Body, margin_mm: float) -> IndexField:
+    """The field in the index units of a body whose axes are parallel to the field's."""
     to_field = np.linalg.inv(field.affine) @ body.affine
     vectors = field.vectors @ body.world_to_index[:3, :3].T
     margin = margin_mm / np.linalg.norm(body.affine[:3, :3], axis=0)
@@ -215,5 +212,4 @@ def in_index_units(field: DisplacementField, body: Body, margin_mm: float, step_
         to_field[:3, 3].copy(),
         -margin,
         np.array(body.voxels.shape[::-1]) - 1 + margin,
-        max(1, int(LOOKED_UP * field.spacing.min() / step_mm)),
     )
