@@ -30,6 +30,9 @@ MARGIN = 1.1
 REPORT_MIB = 150
 """What drawing the report takes beside what a registration does."""
 
+COMPILING_MIB = 330
+"""What compiling its loops takes, which a worker's first study does, and which stays with the process."""
+
 _READERS = 8
 """Studies whose headers are read at a time: the time goes into waiting for the disk."""
 
@@ -83,4 +86,4 @@ def need_mib(sizes: StudySizes, options: Mapping[str, Any]) -> int:
         tuple(_SizedXray(_Sized(each)) for each in sizes.pixels),
     )
     need = needed_memory(cast(Study, study), Options.from_dict(options))
-    return math.ceil(MARGIN * need.resident / (1 << 20) + REPORT_MIB)
+    return math.ceil(MARGIN * need.resident / (1 << 20) + REPORT_MIB + COMPILING_MIB)

@@ -39,7 +39,7 @@ def studies(tmp_path_factory):
 def cohort(studies, output, *more):
     """Start the subcommand."""
     command = [sys.executable, "-m", "PolyPoseLib", "cohort", str(studies), "--output", str(output)]
-    command += ["--progress", "json", "--numba-cache", "usual", "--cores", "1", "--memory", "4G", *more]
+    command += ["--progress", "json", "--cores", "1", "--memory", "4G", *more]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
     return subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
