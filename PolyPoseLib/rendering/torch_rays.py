@@ -79,9 +79,9 @@ class Bundle:
         """Yield (rays, (most,) float32 numbers of samples, (r, most) float32 1 where a ray has the sample)."""
         device = self.count.device
         limit = SAMPLES_PER_CUDA_CHUNK if device.type == "cuda" else SAMPLES_PER_CHUNK
-        counts, begin = self.count.tolist(), 0
-        while begin < len(counts):
-            most = counts[begin]
+        begin = 0
+        while begin < len(self.count):
+            most = int(self.count[begin])  # alone: on a GPU, all of them would be copied back
             part = slice(begin, begin + max(1, limit // most))
             number = torch.arange(most, dtype=torch.float32, device=device)
             yield part, number, (number < self.count[part, None]).float()

@@ -67,11 +67,11 @@ def changes_by_modes(rays: SegmentedRays, tissue: DeviceTissue, modes: CosineTab
     begin = torch.floor((near - rays.first) / length)
     count = (torch.ceil((far - rays.first) / length) - begin).long().masked_fill(far <= near, 0)
     order = torch.argsort(count, descending=True, stable=True)[: int((count > 0).sum())]
-    counts, first = count[order].tolist(), 0
+    first = 0
     changes = torch.zeros((len(numbers), 3, len(near)), device=device)
     segment = rays.per_segment * _SAMPLE + _SEGMENT + len(numbers) * _MODE
-    while first < len(counts):
-        most = counts[first]  # of these rays, the first has the most segments
+    while first < len(order):
+        most = int(count[order[first]])  # of these rays, the first has the most segments
         part = order[first : first + max(1, BYTES[device.type] // (most * segment))]
         number = begin[part, None] + torch.arange(most, device=device)
         start = rays.first + number * length
