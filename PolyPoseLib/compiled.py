@@ -51,15 +51,26 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return decorate
 
 
+def is_kept(loop: Any) -> bool:
+    """Whether a compiled loop has machine code for any signature, in memory or on disk."""
+    if loop.signatures:
+        return True
+    try:
+        return isinstance(loop._cache, KernelCache) and loop._cache.files.has_any()
+    except OSError:
+        return False
+
+
 class KernelCache(FunctionCache):
     """numba's cache of one function, with our files and without errors."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         """Find a folder; raises RuntimeError where none can be written."""
         super().__init__(function)
-        self._cache_file = OverloadFiles(
+        self.files = OverloadFiles(
             Path(self._impl.locator.get_cache_path()), self._impl.filename_base, sources_digest()
         )
+        self._cache_file = self.files
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The machine code for a signature, or None to compile it."""
@@ -78,7 +89,7 @@ class KernelCache(FunctionCache):
 
 
 class OverloadFiles:
-    """One file per signature of a function: a digest of all that the machine code depends on, and the code."""
+    """One file per signature of a function: digests of the sources and of all that the code depends on, and the code."""
 
     def __init__(self, folder: Path, base: str, stamp: bytes) -> None:
         """folder, base: where, and how file names begin. stamp: what the code was made from."""
@@ -97,8 +108,19 @@ class OverloadFiles:
             content = self._path(key).read_bytes()
         except FileNotFoundError:
             return None
-        digest, payload = content[:_DIGEST_BYTES], content[_DIGEST_BYTES:]
-        return pickle.loads(payload) if digest == self._digest(key, payload) else None
+        head, payload = (
+            content[: len(self._stamp) + _DIGEST_BYTES],
+            content[len(self._stamp) + _DIGEST_BYTES :],
+        )
+        return pickle.loads(payload) if head == self._stamp + self._digest(key, payload) else None
+
+    def has_any(self) -> bool:
+        """Whether a file is there, for any key, that was made from the same."""
+        for path in self._folder.glob(f"{self._base}.*.nbc"):
+            with path.open("rb") as stream:
+                if stream.read(len(self._stamp)) == self._stamp:
+                    return True
+        return False
 
     def save(self, key: object, data: object) -> None:
         """Write a file whole, replacing what was there."""
@@ -106,7 +128,7 @@ class OverloadFiles:
         path = self._path(key)
         temporary = path.with_name(f"{path.name}.{uuid.uuid4().hex[:8]}.tmp")
         try:
-            temporary.write_bytes(self._digest(key, payload) + payload)
+            temporary.write_bytes(self._stamp + self._digest(key, payload) + payload)
             os.replace(temporary, path)
         finally:
             temporary.unlink(missing_ok=True)

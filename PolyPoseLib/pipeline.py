@@ -58,7 +58,7 @@ from PolyPoseLib.registration.uncertainty.covariance import joint_covariance
 from PolyPoseLib.registration.uncertainty.doubts import Evidence, disputed_warnings, doubts_about
 from PolyPoseLib.registration.uncertainty.intervals import structure_uncertainties, systematic_error
 from PolyPoseLib.registration.uncertainty.shrinkage import likeliest_poses
-from PolyPoseLib.rendering.select import device_of, select_backend, torch_device_of
+from PolyPoseLib.rendering.select import device_of, must_compile, select_backend, torch_device_of
 
 if TYPE_CHECKING:
     import torch
@@ -104,7 +104,8 @@ def register(
 def _register(study: Study, options: Options, monitor: Monitor, magnification: float) -> Result:
     """Register a study that is so many times larger than the patient."""
     backend = select_backend(options.kernel, options.device, options.threads)
-    require_memory(needed_memory(study, options), "The registration")
+    need = needed_memory(study, options, compiles=must_compile(backend))
+    require_memory(need, "The registration")
     preset = PRESETS[options.preset]
     preview = _preview(options, magnification)
     monitor.step("preparing", 0, 1, None)

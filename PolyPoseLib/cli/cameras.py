@@ -150,11 +150,12 @@ def _find(study: Study, wanted: list[int], arguments: argparse.Namespace) -> dic
     from PolyPoseLib.registration.memory import needed_memory
     from PolyPoseLib.registration.run import Run
     from PolyPoseLib.registration.scene import Scene
-    from PolyPoseLib.rendering.select import select_backend, torch_device_of
+    from PolyPoseLib.rendering.select import must_compile, select_backend, torch_device_of
 
     options = Options.from_dict(merged_options(study.options, arguments))
-    require_memory(needed_memory(study, options, warps=False), "The search of cameras")
     backend = select_backend(options.kernel, options.device, options.threads)
+    need = needed_memory(study, options, warps=False, compiles=must_compile(backend))
+    require_memory(need, "The search of cameras")
     display = progress_display(arguments.progress)
     cameras: dict[int, FoundCamera] = {}
     try:

@@ -30,9 +30,6 @@ MARGIN = 1.1
 REPORT_MIB = 150
 """What drawing the report takes beside what a registration does."""
 
-COMPILING_MIB = 330
-"""What compiling its loops takes, which a worker's first study does, and which stays with the process."""
-
 _READERS = 8
 """Studies whose headers are read at a time: the time goes into waiting for the disk."""
 
@@ -85,5 +82,6 @@ def need_mib(sizes: StudySizes, options: Mapping[str, Any]) -> int:
         range(sizes.structures),
         tuple(_SizedXray(_Sized(each)) for each in sizes.pixels),
     )
-    need = needed_memory(cast(Study, study), Options.from_dict(options))
-    return math.ceil(MARGIN * need.resident / (1 << 20) + REPORT_MIB + COMPILING_MIB)
+    # A worker's first study compiles its loops.
+    need = needed_memory(cast(Study, study), Options.from_dict(options), compiles=True)
+    return math.ceil(MARGIN * need.resident / (1 << 20) + REPORT_MIB)

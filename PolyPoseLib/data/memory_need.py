@@ -10,6 +10,9 @@ MIB = 1 << 20
 _PROGRAM = 560 * MIB
 """Python, the libraries, their compiled loops and thread pools."""
 
+_COMPILING = 330 * MIB
+"""What compiling the loops takes, and does not give back."""
+
 _RESERVED = 950 * MIB
 """What the libraries reserve of the address space beyond the memory that they use."""
 
@@ -37,10 +40,16 @@ class MemoryNeed:
     loaded: int = 0
 
     @classmethod
-    def of_program(cls, more: float = 0, loaded: float = 0, threads: int | None = None) -> MemoryNeed:
-        """The program and ``more`` bytes, of which ``loaded`` are in memory already; threads: at least so many."""
+    def of_program(
+        cls, more: float = 0, loaded: float = 0, threads: int | None = None, compiles: bool = False
+    ) -> MemoryNeed:
+        """The program and ``more`` bytes, of which ``loaded`` are in memory already.
+
+        threads: at least so many; compiles: whether no earlier run left its compiled loops.
+        """
         reserved = _RESERVED + _RESERVED_BY_THREAD * max(threads or 0, _processors())
-        return cls(int(_PROGRAM + more), int(_PROGRAM + more + reserved), int(loaded))
+        program = _PROGRAM + (_COMPILING if compiles else 0)
+        return cls(int(program + more), int(program + more + reserved), int(loaded))
 
 
 def _processors() -> int:

@@ -56,7 +56,7 @@ _PAPER_WEIGHTS, _PAPER_MAPS, _PAPER_JACOBIANS = 768 * MIB, 384 * MIB, 256 * MIB
 """Bounds of the preset "paper" on what it keeps."""
 
 
-def needed_memory(study: Study, options: Options, warps: bool = True) -> MemoryNeed:
+def needed_memory(study: Study, options: Options, warps: bool = True, compiles: bool = False) -> MemoryNeed:
     """What the registration of a study takes.
 
     Parameters
@@ -67,6 +67,8 @@ def needed_memory(study: Study, options: Options, warps: bool = True) -> MemoryN
         Preset, spacing of the transform, composition and threads count.
     warps : bool
         Whether the CT is warped in the end; the search of cameras does not.
+    compiles : bool
+        Whether loops have still to be compiled.
 
     """
     voxels, count = study.ct.voxels.size, len(study.structures)
@@ -84,7 +86,7 @@ def needed_memory(study: Study, options: Options, warps: bool = True) -> MemoryN
     if options.composed:
         warp += _COMPOSED * voxels
     loaded = _INPUT * voxels + _PIXEL * sum(views) / 4
-    return MemoryNeed.of_program(max(scene, fit, warp if warps else 0), loaded, options.threads)
+    return MemoryNeed.of_program(max(scene, fit, warp if warps else 0), loaded, options.threads, compiles)
 
 
 def _fit_bytes(study: Study, options: Options) -> float:

@@ -18,6 +18,14 @@ class NumbaBackend:
 
     name = "numba"
 
+    @property
+    def must_compile(self) -> bool:
+        """Whether no earlier run has left its loops to this one."""
+        from PolyPoseLib.compiled import is_kept
+        from PolyPoseLib.rendering import kernels
+
+        return not is_kept(kernels.project)
+
     def project(
         self, voxels: np.ndarray, rays: IndexRays, moments: bool, occupied: OccupiedBlocks | None = None
     ) -> tuple[np.ndarray, np.ndarray | None]:

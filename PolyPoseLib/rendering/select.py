@@ -94,6 +94,11 @@ def device_of(backend: Backend) -> str:
     return "cpu" if device is None else device.type
 
 
+def must_compile(backend: Backend) -> bool:
+    """Whether a backend's loops have still to be compiled, which takes memory."""
+    return getattr(backend, "must_compile", False)
+
+
 def torch_device_of(backend: Backend) -> torch.device | None:
     """Where torch renders; None where compiled loops do."""
     return getattr(backend, "device", None)

@@ -41,8 +41,10 @@ import logging
 import sys
 logging.basicConfig(level=logging.INFO, format="LOG %(message)s", stream=sys.stdout)
 import numpy as np
+from loops.compiled import is_kept
 from loops.outer_kernel import loop
 
+print("KEPT", is_kept(loop))
 types = [np.float32, np.float64][:: int(sys.argv[1])]
 print("SUM", *(float(loop(np.arange(5, dtype=t))) for t in types))
 hits = getattr(loop, "stats").cache_hits
@@ -68,6 +70,7 @@ class Loops:
         self.temporary.mkdir()
         self.file = root / "file"
         self.file.touch()
+        self.kept = False
         private = {name: str(root / "home") for name in ("HOME", "XDG_CACHE_HOME", "LOCALAPPDATA")}
         self.environment = {
             **{name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")},
@@ -103,6 +106,7 @@ class Loops:
         lines = output.splitlines()
         sums = next(line for line in lines if line.startswith("SUM")).split()[1:]
         hits = int(next(line for line in lines if line.startswith("HITS")).split()[1])
+        self.kept = "KEPT True" in lines  # before anything was called
         return [float(x) for x in sums], hits, [line for line in lines if line.startswith("LOG")]
 
     def cached(self, folder=None):
@@ -111,8 +115,9 @@ class Loops:
 
 def test_machine_code_is_kept_in_the_packages_folder(loops):
     assert loops.call() == ([15.0, 15.0], 0, [])
-    assert len(loops.cached()) == 2
+    assert len(loops.cached()) == 2 and not loops.kept
     assert loops.call() == ([15.0, 15.0], 2, [])
+    assert loops.kept
 
 
 def test_where_nothing_else_can_be_written_a_private_temporary_folder_serves(loops):
@@ -134,7 +139,7 @@ def test_where_nothing_at_all_can_be_written_every_start_compiles(loops):
     for _ in range(2):
         sums, hits, log = loops.call()
         assert (sums, hits, len(log)) == ([15.0, 15.0], 0, 1)
-        assert "NUMBA_CACHE_DIR" in log[0]
+        assert "NUMBA_CACHE_DIR" in log[0] and not loops.kept
 
 
 @pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
@@ -157,7 +162,9 @@ def test_a_change_in_an_imported_stage_is_seen(loops):
     loops.call()
     (loops.package / "stage_kernel.py").write_text(STAGE.replace("x + 1", "x + 2"))
     assert loops.call() == ([20.0, 20.0], 0, [])
+    assert not loops.kept
     assert loops.call() == ([20.0, 20.0], 2, [])
+    assert loops.kept
     assert len(loops.cached()) == 2
 
 
