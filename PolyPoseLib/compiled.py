@@ -89,7 +89,7 @@ class KernelCache(FunctionCache):
 
 
 class OverloadFiles:
-    """One file per signature of a function: digests of the sources and of all that the code depends on, and the code."""
+    """One file per signature of a function: digests of sources and of all that the code depends on, and the code."""
 
     def __init__(self, folder: Path, base: str, stamp: bytes) -> None:
         """folder, base: where, and how file names begin. stamp: what the code was made from."""
