@@ -265,7 +265,7 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted) -> Result
     """Warp, render, and say what is known about the outcome."""
     monitor, joint = run.monitor, fitted.joint
     warped = _warped(study, options, run.named("warping"), joint)
-    renderings = _renderings(run.named("rendering"), fitted)
+    renderings = _renderings(run.named("rendering"), fitted, PRESETS[options.preset].rendering_mm)
     names = [xray.name for xray in study.xrays]
     similarities = fitted.after.similarities
     monitor.seconds["total"] = monitor.elapsed
@@ -307,14 +307,16 @@ def _warped(study: Study, options: Options, run: Run, joint: JointResult) -> War
         return warp_study(study, run.soft_tissue, joint.poses, spacing, options.composed, unfold)
 
 
-def _renderings(run: Run, fitted: _Fitted) -> tuple[list[np.ndarray], list[np.ndarray]]:
+def _renderings(
+    run: Run, fitted: _Fitted, coarse_mm: float | None
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Of every view through the camera found: at rest and as registered, so that what differs is the bones' motion."""
     run.step(0, 1)
     with run.timed():
         cameras = fitted.joint.cameras
         return (
-            render_views(run, cameras, run.scene.rest_poses),
-            render_views(run, cameras, fitted.joint.poses),
+            render_views(run, cameras, run.scene.rest_poses, coarse_mm),
+            render_views(run, cameras, fitted.joint.poses, coarse_mm),
         )
 
 

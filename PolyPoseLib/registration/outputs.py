@@ -14,6 +14,7 @@ from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.grid import covering_grid
+from PolyPoseLib.registration.fit.levels import pixel_size_mm
 from PolyPoseLib.registration.fit.soft_tissue import SoftTissue
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import WORKING_MM
@@ -148,17 +149,25 @@ def transform_grid(ct: Volume, spacing_mm: float) -> tuple[np.ndarray, tuple[int
     return *covering_grid(ct.affine, ct.shape, spacing_mm, MARGIN_MM, keep_coarser=False), False
 
 
-def render_views(run: Run, cameras: Sequence[Camera], poses: np.ndarray) -> list[np.ndarray]:
-    """Line integrals (H, W) float32 of every view, bones and soft tissue posed by ``poses`` (K, 4, 4)."""
-    soft, backend = run.soft_tissue, run.backend
+def render_views(
+    run: Run, cameras: Sequence[Camera], poses: np.ndarray, coarse_mm: float | None = None
+) -> list[np.ndarray]:
+    """Line integrals (H, W) float32 of every view, bones and soft tissue posed by ``poses`` (K, 4, 4).
+
+    coarse_mm: of voxels and ray steps, and about of pixels, which are interpolated to the view's; None for the finest.
+    """
+    soft, backend, size_mm = run.soft_tissue, run.backend, coarse_mm or WORKING_MM
     field = soft.coarse_field(poses)
     images = []
     for camera in cameras:
         factor = max(1, -(-max(camera.height, camera.width) // LARGEST_RENDERING))
+        if coarse_mm is not None:
+            pixels = int(coarse_mm / pixel_size_mm(camera, run.scene.anchor_centre))
+            factor = max(factor, min(pixels, min(camera.height, camera.width) // 16))
         small = camera.binned(factor) if factor > 1 else camera
-        image = soft.render(field, small, np.eye(4), WORKING_MM, backend)
-        for body, pose in zip(run.scene.bodies(WORKING_MM), poses, strict=True):
-            part = project_body(body, small, pose, WORKING_MM, backend)
+        image = soft.render(field, small, np.eye(4), size_mm, backend)
+        for body, pose in zip(run.scene.bodies(size_mm), poses, strict=True):
+            part = project_body(body, small, pose, size_mm, backend)
             image[part.slices] += part.image
         images.append(_enlarged(image, camera, factor))
     return images

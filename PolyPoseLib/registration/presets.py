@@ -29,6 +29,8 @@ class Preset:
         Whether folds are relaxed out of the written transform.
     shrinks : bool
         Whether poses are shrunk by a prior whose size they suggest, where their uncertainties are computed.
+    rendering_mm : float, optional
+        Voxels, ray steps and, about, pixels of the renderings that are handed out; as fine as they can be when None.
 
     """
 
@@ -39,6 +41,7 @@ class Preset:
     rotation_reach_mm: float | None = 40.0
     unfolded: bool = True
     shrinks: bool = True
+    rendering_mm: float | None = None
 
 
 PRESETS: dict[str, Preset] = {
@@ -64,11 +67,12 @@ PRESETS: dict[str, Preset] = {
         ),
     ),
     "fast": Preset(
-        camera_levels=(Level(6.0, 40.0, 12), Level(3.0, 20.0, 12)),
+        camera_levels=(Level(6.0, 40.0, 12),),
         joint=(
             JointStage(Level(6.0, 40.0, 15, 0.01), holds_cameras=True),
-            JointStage(Level(2.0, 14.0, 15, 0.002), restart=Level(4.0, 28.0, 10, 0.001)),
+            JointStage(Level(2.5, 17.0, 15, 0.002), restart=Level(4.0, 28.0, 10, 0.001)),
         ),
+        rendering_mm=2.0,
     ),
     # Its levels are those of PolyPoseLib.baselines.published.method.
     "paper": Preset(
