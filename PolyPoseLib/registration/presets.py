@@ -67,7 +67,7 @@ PRESETS: dict[str, Preset] = {
         ),
     ),
     "fast": Preset(
-        camera_levels=(Level(6.0, 40.0, 12),),
+        camera_levels=(Level(6.0, 40.0, 12), Level(3.0, 20.0, 12)),
         joint=(
             JointStage(Level(6.0, 40.0, 15, 0.01), holds_cameras=True),
             JointStage(Level(2.5, 17.0, 15, 0.002), restart=Level(4.0, 28.0, 10, 0.001)),
