@@ -28,10 +28,11 @@ from PolyPoseLib.geometry.rtk_projection import rtk_projection
 _DETECTOR_MM = 1000.0
 """Where the aligned detectors are put; line integrals are the same at every distance."""
 
-TRUNCATION = 1.0
-"""Share of a row's width by which the ramp filter continues it smoothly to zero on both sides.
+SPARED_PIXELS = 0.5
+"""The ramp filter continues a row smoothly to zero on both sides, by all of its pixels but these.
 
-Patients are wider than a C-arm's detector, and a row that ends abruptly becomes a bright rim.
+Patients are wider than a C-arm's detector, and a row that ends abruptly becomes a bright rim. RTK mirrors the row in
+whole pixels; by its whole width it would read a pixel beside the images.
 """
 
 
@@ -89,7 +90,7 @@ def reconstruct(xrays: Sequence[Xray], grid: Volume, threads: int = 1) -> Volume
     fdk.SetGeometry(geometry)
     fdk.SetInput(0, empty)
     fdk.SetInput(1, stack)
-    fdk.GetRampFilter().SetTruncationCorrection(TRUNCATION)
+    fdk.GetRampFilter().SetTruncationCorrection(1 - SPARED_PIXELS / weighted.shape[2])
     fdk.Update()
     return grid.with_voxels(itk.array_from_image(fdk.GetOutput()))
 

@@ -1,6 +1,10 @@
 """The cone-beam reconstruction: where, how bright, and for which cameras."""
 
 import dataclasses
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -161,3 +165,27 @@ def test_cameras_that_do_not_suit_are_refused_in_one_sentence(number):
         said = '"axial" looks along the axis'
     with pytest.raises(InputError, match=said):
         reconstruct(xrays, grid())
+
+
+PERTURBED = """
+import numpy as np
+from ball_views import orbit, xray_of_balls
+from PolyPoseLib.baselines.fdk import reconstruct
+from test_fdk import BALL, WATER, grid
+
+for pixels in ((80, 72), (61, 40)):
+    xrays = [xray_of_balls(each, (WATER, BALL)) for each in orbit(3, 180, pixels=pixels)]
+    assert np.isfinite(reconstruct(xrays, grid()).voxels).all()
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the memory of glibc alone is filled on request")
+def test_nothing_is_read_beside_the_images():
+    """What glibc has freed is filled with bytes that are not a number where they are read."""
+    here = Path(__file__).parent
+    paths = [*map(str, (here.parents[2], here.parent / "support", here)), os.environ.get("PYTHONPATH", "")]
+    environment = {**os.environ, "MALLOC_PERTURB_": "255", "PYTHONPATH": os.pathsep.join(paths)}
+    done = subprocess.run(
+        [sys.executable, "-c", PERTURBED], capture_output=True, text=True, timeout=300, env=environment
+    )
+    assert done.returncode == 0, done.stderr
