@@ -11,6 +11,7 @@ from PolyPoseLib.errors import InputError
 
 if TYPE_CHECKING:
     import SimpleITK as sitk
+    from numpy.typing import ArrayLike
 
 
 def bounding_box(mask: np.ndarray) -> tuple[slice, ...] | None:
@@ -23,6 +24,14 @@ def bounding_box(mask: np.ndarray) -> tuple[slice, ...] | None:
             return None
         box.append(slice(int(filled[0]), int(filled[-1]) + 1))
     return tuple(box)
+
+
+def grown_box(box: tuple[slice, ...], margin: ArrayLike, shape: tuple[int, ...]) -> tuple[slice, ...]:
+    """A box with a margin around it, the same or one per axis, cut off at the ends of an array of a shape."""
+    return tuple(
+        slice(max(side.start - more, 0), min(side.stop + more, size))
+        for side, more, size in zip(box, np.broadcast_to(margin, len(box)).tolist(), shape, strict=True)
+    )
 
 
 def connected_components(mask: np.ndarray, structure: np.ndarray | None = None) -> tuple[np.ndarray, int]:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.geometry.grid import bounding_box
+from PolyPoseLib.geometry.grid import bounding_box, grown_box
 from PolyPoseLib.geometry.rigid import require_rigid, rigid_inverse
 from PolyPoseLib.warp.dense import AnyWarp, warp_labels, warp_volume
 from PolyPoseLib.warp.distances import distance_at_voxels
@@ -125,7 +125,7 @@ def fill_structures(
     box = bounding_box(region)
     if box is None:
         return filled
-    wide = tuple(slice(max(s.start - 2, 0), s.stop + 2) for s in box)
+    wide = grown_box(box, 2, region.shape)
     values, wanted = filled[wide], region[wide]
     filled[wide] = fill_harmonic(values, wanted, (values >= BRIGHT_HU) & ~wanted, spacing)
     return filled

@@ -15,7 +15,7 @@ import numpy as np
 
 from PolyPoseLib.data.displacement_field import DisplacementField, trilinear
 from PolyPoseLib.data.volume import Volume
-from PolyPoseLib.geometry.grid import bounding_box
+from PolyPoseLib.geometry.grid import bounding_box, grown_box
 from PolyPoseLib.warp.dense import jacobian_determinant
 from PolyPoseLib.warp.unfold import LEAST_DETERMINANT
 
@@ -106,7 +106,9 @@ def _without_new_folds(
         if not folded.any():
             break
         reach = 1 + number // 4
-        box = _box_around(folded, reach + 2)
+        tight = bounding_box(folded)
+        assert tight is not None
+        box = grown_box(tight, reach + 2, folded.shape)
         around = np.asarray(binary_dilation(folded[box], iterations=reach), dtype=bool)
         change[box][around] *= 0.7 if number < ROUNDS - 1 else 0.0
         changed.vectors[box] = field.vectors[box] + change[box]
@@ -119,16 +121,6 @@ def _without_new_folds(
             layers[-1] &= side.stop == size
         folded[box] = still
     return field if folded.any() else changed
-
-
-def _box_around(mask: np.ndarray, margin: int) -> tuple[slice, ...]:
-    """The smallest box that holds a mask, which is not empty, and so many nodes around it."""
-    box = bounding_box(mask)
-    assert box is not None
-    return tuple(
-        slice(max(side.start - margin, 0), min(side.stop + margin, size))
-        for side, size in zip(box, mask.shape, strict=True)
-    )
 
 
 def _bone_samples(field: DisplacementField, labels: Volume, poses: np.ndarray) -> _Samples:

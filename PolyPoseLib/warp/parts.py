@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from PolyPoseLib.geometry.grid import connected_components
+from PolyPoseLib.geometry.grid import connected_components, grown_box
 
 MAX_PARTS = 200
 """A structure in more connected parts than this is handled as a whole."""
@@ -52,10 +52,7 @@ def connected_parts(labels: np.ndarray, border: ArrayLike) -> Iterator[Part]:
             exact = tuple(
                 slice(t.start + s.start, t.start + s.stop) for t, s in zip(tight, inner, strict=True)
             )
-            box = tuple(
-                slice(max(s.start - b, 0), min(s.stop + b, size))
-                for s, b, size in zip(exact, np.broadcast_to(border, 3), labels.shape, strict=True)
-            )
+            box = grown_box(exact, border, labels.shape)
             mask = np.zeros([s.stop - s.start for s in box], dtype=bool)
             place = tuple(slice(e.start - b.start, e.stop - b.start) for e, b in zip(exact, box, strict=True))
             mask[place] = parts[inner] == m

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation, find_objects
 
 from PolyPoseLib.data.displacement_field import DisplacementField
-from PolyPoseLib.geometry.grid import connected_components
+from PolyPoseLib.geometry.grid import connected_components, grown_box
 from PolyPoseLib.warp.dense import jacobian_determinant
 
 if TYPE_CHECKING:
@@ -99,10 +99,7 @@ def _boxes(folded: np.ndarray) -> Iterator[tuple[slice, ...]]:
     """Boxes around the folds, with a margin; folds that are near each other share one."""
     apart, _count = connected_components(binary_dilation(folded, iterations=MARGIN_NODES // 2))
     for box in find_objects(apart):
-        yield tuple(
-            slice(max(side.start - MARGIN_NODES // 2, 0), min(side.stop + MARGIN_NODES // 2, size))
-            for side, size in zip(box, folded.shape, strict=True)
-        )
+        yield grown_box(box, MARGIN_NODES // 2, folded.shape)
 
 
 def _moved_origin(affine: np.ndarray, box: tuple[slice, ...]) -> np.ndarray:

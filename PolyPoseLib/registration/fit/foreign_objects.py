@@ -22,6 +22,7 @@ from scipy.ndimage import (
     white_tophat,
 )
 
+from PolyPoseLib.geometry.grid import grown_box
 from PolyPoseLib.registration.fit.levels import Level, Observation, binned, enlarged, pixel_size_mm
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.run import Run
@@ -182,7 +183,7 @@ def sharp_pieces(candidates: np.ndarray, edges: np.ndarray) -> Iterator[tuple[tu
     numbered = np.zeros(candidates.shape, np.int32)
     label(candidates, _NEIGHBOURS, output=numbered)
     for number, box in enumerate(find_objects(numbered), start=1):
-        around = tuple(slice(max(part.start - 1, 0), part.stop + 1) for part in box)
+        around = grown_box(box, 1, candidates.shape)
         one = numbered[around] == number
         if one.sum() >= LEAST_PIXELS and _is_sharp(one, edges[around]):
             yield around, one

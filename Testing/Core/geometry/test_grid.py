@@ -7,7 +7,14 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.geometry.grid import Grid, block_factors, bounding_box, covering_grid, require_grid
+from PolyPoseLib.geometry.grid import (
+    Grid,
+    block_factors,
+    bounding_box,
+    covering_grid,
+    grown_box,
+    require_grid,
+)
 
 
 @st.composite
@@ -80,6 +87,33 @@ def test_a_bounding_box_holds_the_mask_and_touches_it_on_all_sides(seed: int, sh
     for axis in range(mask.ndim):
         inside = np.moveaxis(mask[box], axis, 0)
         assert inside[0].any() and inside[-1].any()
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(1, 9), st.integers(0, 8), st.integers(1, 9), st.integers(0, 4)),
+        min_size=1,
+        max_size=3,
+    )
+)
+def test_a_grown_box_holds_what_lies_within_the_margin(sides: list[tuple[int, int, int, int]]) -> None:
+    shape = tuple(size for size, *_rest in sides)
+    box = tuple(
+        slice(min(start, size - 1), min(start + length, size)) for size, start, length, _margin in sides
+    )
+    margins = [margin for *_rest, margin in sides]
+    wanted = np.zeros(shape, bool)
+    near = [
+        [n for n in range(size) if side.start - margin <= n < side.stop + margin]
+        for size, side, margin in zip(shape, box, margins, strict=True)
+    ]
+    wanted[np.ix_(*near)] = True
+    found = np.zeros(shape, bool)
+    grown = grown_box(box, margins, shape)
+    found[grown] = True
+    np.testing.assert_array_equal(found, wanted)
+    assert all(0 <= side.start < side.stop <= size for side, size in zip(grown, shape, strict=True))
+    assert grown_box(box, 2, shape) == grown_box(box, [2] * len(shape), shape)
 
 
 @given(grids(), st.floats(0.5, 8), st.floats(0, 20), st.booleans())
