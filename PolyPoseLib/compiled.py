@@ -108,11 +108,8 @@ class OverloadFiles:
             content = self._path(key).read_bytes()
         except FileNotFoundError:
             return None
-        head, payload = (
-            content[: len(self._stamp) + _DIGEST_BYTES],
-            content[len(self._stamp) + _DIGEST_BYTES :],
-        )
-        return pickle.loads(payload) if head == self._stamp + self._digest(key, payload) else None
+        payload = content[len(self._stamp) + _DIGEST_BYTES :]
+        return pickle.loads(payload) if content.startswith(self._head(key, payload)) else None
 
     def has_any(self) -> bool:
         """Whether a file is there, for any key, that was made from the same."""
@@ -128,7 +125,7 @@ class OverloadFiles:
         path = self._path(key)
         temporary = path.with_name(f"{path.name}.{uuid.uuid4().hex[:8]}.tmp")
         try:
-            temporary.write_bytes(self._stamp + self._digest(key, payload) + payload)
+            temporary.write_bytes(self._head(key, payload) + payload)
             os.replace(temporary, path)
         finally:
             temporary.unlink(missing_ok=True)
@@ -137,8 +134,8 @@ class OverloadFiles:
         name = hashlib.sha256(repr(key).encode()).hexdigest()[:16]
         return self._folder / f"{self._base}.{name}.nbc"
 
-    def _digest(self, key: object, payload: bytes) -> bytes:
-        return hashlib.sha256(b"\0".join((self._stamp, repr(key).encode(), payload))).digest()
+    def _head(self, key: object, payload: bytes) -> bytes:
+        return self._stamp + hashlib.sha256(b"\0".join((self._stamp, repr(key).encode(), payload))).digest()
 
 
 @functools.cache
