@@ -12,10 +12,16 @@ from PolyPoseLib.io.report.summary import Summary, summary_of
 __all__ = ["Summary", "draw_figure", "overlay", "page_of", "summary_of", "write_page", "write_picture"]
 
 
+_COMPRESSION = 1
+"""Of zlib: twice as fast as the usual 6, for a file 5 % larger."""
+
+
 def write_picture(summary: Summary, path: str | Path) -> None:
     """Draw the report into a PNG file; raises InputError when matplotlib is missing."""
     figure = draw_figure(summary)
-    figure.savefig(path, dpi=figure.dpi, facecolor=figure.get_facecolor())
+    figure.savefig(
+        path, dpi=figure.dpi, facecolor=figure.get_facecolor(), pil_kwargs={"compress_level": _COMPRESSION}
+    )
 
 
 def write_page(summary: Summary, path: str | Path) -> None:

@@ -27,7 +27,8 @@ def grey(image: np.ndarray, mask: np.ndarray | None = None) -> np.ndarray:
 
     mask: (H, W) bool, by which the window is chosen.
     """
-    return GreyScale.of(image, mask)(image)
+    flat = _without_slow_variation(image)
+    return GreyScale._of_flat(flat, mask)._shown(flat)
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,10 @@ class GreyScale:
     @classmethod
     def of(cls, image: np.ndarray, mask: np.ndarray | None = None) -> GreyScale:
         """Choose it by an image (H, W) where a mask (H, W) bool holds."""
-        flat = _without_slow_variation(image)
+        return cls._of_flat(_without_slow_variation(image), mask)
+
+    @classmethod
+    def _of_flat(cls, flat: np.ndarray, mask: np.ndarray | None) -> GreyScale:
         kept = flat[mask] if mask is not None and mask.any() else flat
         low, high = np.percentile(kept, (1, 99.8))
         share = np.clip((flat - low) / max(high - low, 1e-6), 0, 1)
@@ -52,7 +56,9 @@ class GreyScale:
 
     def __call__(self, image: np.ndarray) -> np.ndarray:
         """Show an image (H, W) as uint8."""
-        flat = _without_slow_variation(image)
+        return self._shown(_without_slow_variation(image))
+
+    def _shown(self, flat: np.ndarray) -> np.ndarray:
         share = np.clip((flat - self.low) / max(self.high - self.low, 1e-6), 0, 1)
         return (255 * share**self.gamma).astype(np.uint8)
 
@@ -80,17 +86,36 @@ def overlay(xray: np.ndarray, rendering: np.ndarray, mask: np.ndarray | None = N
     Both are flattened first (local mean removed, local contrast made equal), so that edges of bones show whatever
     the exposure was.
     """
-    first, second = flattened(xray, mask), flattened(rendering, mask)
-    return np.stack([first, second, first], axis=-1)
+    return Overlays(xray, mask)(rendering)
 
 
-def flattened(image: np.ndarray, mask: np.ndarray | None = None) -> np.ndarray:
-    """An image (H, W) without its slow variation and with equal contrast everywhere, in [0, 1]; 0 outside mask."""
-    image = np.nan_to_num(np.asarray(image, dtype=np.float32))
-    inside = np.ones(image.shape, np.float32) if mask is None else np.asarray(mask, np.float32)
-    scale = max(image.shape) / 20
-    share = gaussian_filter(inside, scale) + 1e-6
-    detail = (image - gaussian_filter(image * inside, scale) / share) * inside
-    contrast = np.sqrt(gaussian_filter(detail**2, 2 * scale) / (gaussian_filter(inside, 2 * scale) + 1e-6))
-    floor = 0.15 * float(contrast.max()) + 1e-9
-    return np.clip(0.42 + 0.28 * detail / (contrast + floor), 0, 1) * (inside > 0)
+class Overlays:
+    """One X-ray with one rendering after another over it, as ``overlay`` makes them; the X-ray is flattened once."""
+
+    def __init__(self, xray: np.ndarray, mask: np.ndarray | None = None) -> None:
+        """xray: (H, W); mask: (H, W) bool, outside which nothing is shown."""
+        self._flattened = Flattening(xray.shape, mask)
+        self._xray = self._flattened(xray)
+
+    def __call__(self, rendering: np.ndarray) -> np.ndarray:
+        """RGB (H, W, 3) in [0, 1] with a rendering (H, W)."""
+        return np.stack([self._xray, self._flattened(rendering), self._xray], axis=-1)
+
+
+class Flattening:
+    """Takes the slow variation out of images of one shape, and gives them equal contrast everywhere."""
+
+    def __init__(self, shape: tuple[int, ...], mask: np.ndarray | None = None) -> None:
+        """shape: (H, W); mask: (H, W) bool, outside which the images are not looked at."""
+        self._inside = np.ones(shape, np.float32) if mask is None else np.asarray(mask, np.float32)
+        self._scale = max(shape) / 20
+        self._near = gaussian_filter(self._inside, self._scale) + 1e-6
+        self._far = gaussian_filter(self._inside, 2 * self._scale) + 1e-6
+
+    def __call__(self, image: np.ndarray) -> np.ndarray:
+        """An image (H, W), in [0, 1]; 0 outside the mask."""
+        image = np.nan_to_num(np.asarray(image, dtype=np.float32))
+        detail = (image - gaussian_filter(image * self._inside, self._scale) / self._near) * self._inside
+        contrast = np.sqrt(gaussian_filter(detail**2, 2 * self._scale) / self._far)
+        floor = 0.15 * float(contrast.max()) + 1e-9
+        return np.clip(0.42 + 0.28 * detail / (contrast + floor), 0, 1) * (self._inside > 0)

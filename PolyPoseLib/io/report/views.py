@@ -8,7 +8,7 @@ import numpy as np
 
 from PolyPoseLib.data.result import CameraResult, Result
 from PolyPoseLib.data.view_names import view_name
-from PolyPoseLib.io.report.pictures import grey, overlay, shrunk
+from PolyPoseLib.io.report.pictures import Overlays, grey, shrunk
 from PolyPoseLib.io.report.words import is_still
 
 Polygons = list[np.ndarray]
@@ -172,12 +172,15 @@ def _view(result: Result, number: int, side: int, outlines: tuple[BoneOutline, .
         small = None if mask is None or not masked else shrunk(mask, side)[0] > 0.5
         return grey(shrunk(image, side)[0], small)
 
+    overlays = None
+    if xray is not None:
+        seen = None if mask is None else shrunk(mask, OVERLAY_SIDE)[0] > 0.5
+        overlays = Overlays(shrunk(xray, OVERLAY_SIDE)[0], seen)
+
     def over(rendering: np.ndarray | None) -> np.ndarray | None:
-        if xray is None or rendering is None or rendering.shape != xray.shape:
+        if overlays is None or xray is None or rendering is None or rendering.shape != xray.shape:
             return None
-        small = None if mask is None else shrunk(mask, OVERLAY_SIDE)[0] > 0.5
-        both = overlay(shrunk(xray, OVERLAY_SIDE)[0], shrunk(rendering, OVERLAY_SIDE)[0], small)
-        return (255 * both).astype(np.uint8)
+        return (255 * overlays(shrunk(rendering, OVERLAY_SIDE)[0])).astype(np.uint8)
 
     name = camera.name or view_name(number)
     pictures = shown(xray, masked=True), shown(before), shown(after)
