@@ -35,9 +35,13 @@ class Store:
         self.path, self.fields, self.write = path, tuple(fields), write
         self.rows: list[Row] = json.loads(path.read_text())["rows"] if path.is_file() else []
 
+    def row(self, key: Row) -> Row | None:
+        """The row with these fields; None when there is none."""
+        return next((row for row in self.rows if _matches(row, key)), None)
+
     def has(self, key: Row) -> bool:
         """Whether there is a row with these fields."""
-        return any(_matches(row, key) for row in self.rows)
+        return self.row(key) is not None
 
     def missing(self, keys: Iterable[Row], again: bool) -> list[Row]:
         """Those of the keys that are to be run: without a row, or all when they are run again."""
