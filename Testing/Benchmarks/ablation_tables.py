@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from textwrap import fill
@@ -167,7 +168,10 @@ def _cases(rows: list[dict]) -> list[tuple[str, int]]:
 def _groups(
     rows: list[dict], study: str, anatomy: str, pixels: int, preset: str
 ) -> list[tuple[Point, list[dict]]]:
-    """A study's lines that there are rows of, each with its rows of all seeds."""
+    """A study's lines that there are rows of, each with its rows of all seeds that another line has as well.
+
+    The usual case belongs to all studies, and may have been run with seeds of which this one has nothing to compare.
+    """
     groups = []
     iterations = sorted({Settings.of(row).iterations or 0 for row in rows})
     for point in points(study, anatomy, WEIGHT_PRESETS, [number or None for number in iterations]):
@@ -175,8 +179,11 @@ def _groups(
         chosen = [row for row in rows if Settings.of(row).key() | {"seed": 0} == wanted]
         if chosen:
             groups.append((point, chosen))
-    # The usual case alone is not a study.
-    return groups if len(groups) > 1 else []
+    lines = Counter(Settings.of(row).seed for _, chosen in groups for row in chosen)
+    compared = [
+        (point, [row for row in chosen if lines[Settings.of(row).seed] > 1]) for point, chosen in groups
+    ]
+    return [(point, chosen) for point, chosen in compared if chosen]
 
 
 def _label(study: str, point: Point, rows: list[dict]) -> str:

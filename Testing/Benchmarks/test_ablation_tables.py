@@ -128,6 +128,24 @@ def test_seeds_that_failed_or_have_no_number_are_not_in_the_sd(tmp_path):
     assert lines["45°"]["organ Dice"] == "-"
 
 
+def test_a_line_has_no_seeds_that_no_other_line_of_its_study_has(tmp_path):
+    """The usual case is run once for all studies: its mean would be over other motions than those beside it."""
+    rng = random.Random(3)
+    rows, numbers = angles("pelvis", (0, 1), rng)
+    for seed in (2, 3):
+        usual, _ = made(Settings("pelvis", seed, 400), rng)
+        rows.append(usual)
+    write_tables(rows, "default", tmp_path / "t.md")
+    (lines,) = tables(tmp_path / "t.md").values()
+    (line,) = (line for line in lines if line["angle"] == "30°")
+    two = [numbers["30°", seed]["mean_tre_mm"] for seed in (0, 1)]
+    assert line["seeds"] == "2"
+    assert line["mean TRE mm"] == f"{statistics.mean(two):.2f}({statistics.stdev(two):.2f})"
+    alone = [row for row in rows if row["settings"]["seed"] == 2]
+    write_tables(alone, "default", tmp_path / "alone.md")
+    assert not tables(tmp_path / "alone.md")
+
+
 def test_both_cts_are_run_unless_one_is_named(monkeypatch):
     def anatomies(*words):
         monkeypatch.setattr(sys, "argv", ["ablations.py", "--studies", "angle", *words])
