@@ -72,14 +72,17 @@ def compared(key: Row, paths: list[str], arguments: argparse.Namespace) -> Itera
     """One case by several paths, the compiled loops first: a path's name and its part of the row."""
     folder = case_folder(key["sample"], key["views"], key["seed"], key["pixels"], arguments.work)
     truth = load_truth(folder / "truth")
+    first = 0.0
     for path in paths:
         output, log = folder / f"result_{path}", folder / f"log_{path}.txt"
         ran = run_measured(command(folder / "study.json", path, output, arguments), log, arguments.limit)
         if ran["exit_status"] not in (0, 3):
             raise SystemExit(f"{path}: {log.read_text().strip()[-500:]}")
+        first = first or ran["cpu_seconds"]
         run = {
             "exit_status": ran["exit_status"],
             "cpu_seconds": round(ran["cpu_seconds"], 1),
+            "times": ran["cpu_seconds"] / first,
             "peak_memory_mib": round(ran["peak_memory_mib"]),
             "mean_tre_mm": score_result(load_result(output), truth)["summary"]["mean_tre_mm"],
             "apart_mm": apart(folder, path),
@@ -136,7 +139,8 @@ def write(rows: list[Row], path: Path) -> None:
         "# Compiled loops, torch, and what a GPU runs\n",
         "Whole registrations of the same cases, the preset `default`. Apart: from where the compiled loops put a bone, "
         "at the voxel that is farthest. Nudged: the compiled loops once more, from initial cameras "
-        f"{NUDGE_MM:g} mm elsewhere; two paths cannot be asked to end closer than that. What a GPU runs is run by the "
+        f"{NUDGE_MM:g} mm elsewhere; two paths cannot be asked to end closer than that. Times: CPU "
+        "seconds over those of the compiled loops beside them. What a GPU runs is run by the "
         "CPU where there is none; its seconds then say nothing.\n",
         table(head, lines),
         machines(rows),
@@ -154,7 +158,7 @@ def _line(row: Row, path: str) -> list[str]:
         f"{np.mean(list(distances.values())):.3f}",
         f"{distances[worst]:.3f} ({worst})",
         f"{run['cpu_seconds']:.0f}",
-        f"{run['cpu_seconds'] / row[PATHS[0]]['cpu_seconds']:.1f}",
+        f"{run['times']:.1f}",
         str(run["peak_memory_mib"]),
     ]
 
