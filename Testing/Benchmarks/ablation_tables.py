@@ -15,7 +15,7 @@ from benchmark_tables import COLUMNS, machine, mean_rows, measured_on, table
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-TITLE_LETTERS = 48
+TITLE_LETTERS = 38
 """In a line of a plot's title; longer ones run into the next plot's."""
 
 NOTES = {
