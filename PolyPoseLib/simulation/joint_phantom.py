@@ -14,6 +14,7 @@ from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.tracking.joints import Joint
 from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.grid import bounding_box, grown_box
 from PolyPoseLib.simulation.shapes import Points, ellipsoid, joined, round_cone, without
 
 NAMES = ("femur", "tibia", "patella")
@@ -187,7 +188,9 @@ def _draw_bone(
     hu: np.ndarray, depth: np.ndarray, z: np.ndarray, spacing: float, rng: np.random.Generator
 ) -> None:
     """Draw a bone in place where its signed distance (k, j, i) in mm is below 0."""
-    box = tuple(slice(max(int(where.min()) - 2, 0), int(where.max()) + 3) for where in np.nonzero(depth < 0))
+    inside = bounding_box(depth < 0)
+    assert inside is not None
+    box = grown_box(inside, 2, depth.shape)
     depth, level = depth[box], np.abs(np.broadcast_to(z, hu.shape)[box])
     shaft = np.clip((level - 35.0) / 45.0, 0, 1)
     cortex = 1.3 + 3.0 * shaft

@@ -16,6 +16,7 @@ from scipy.ndimage import distance_transform_edt, find_objects, map_coordinates
 from scipy.spatial import KDTree
 
 from PolyPoseLib.data.volume import AIR_HU, Volume, hounsfield_to_attenuation
+from PolyPoseLib.geometry.grid import grown_box
 from PolyPoseLib.simulation import independent_projector
 from PolyPoseLib.simulation.fixed_grid import FixedGrid
 from PolyPoseLib.simulation.harmonic import jacobian_determinants, solve_laplace
@@ -226,10 +227,7 @@ def bones_apart(ct: Volume, structures: Structures) -> tuple[tuple[Volume, ...],
     margin = np.ceil(_MARGIN_MM / spacing).astype(int) + 1
     bones = []
     for number, box in enumerate(find_objects(structures.labels, max_label=len(structures)), start=1):
-        crop = tuple(
-            slice(max(side.start - m, 0), min(side.stop + m, n))
-            for side, m, n in zip(box, margin, ct.shape, strict=True)
-        )
+        crop = grown_box(box, margin, ct.shape)
         labels = structures.labels[crop]
         mine = np.asarray(distance_transform_edt(labels != number, sampling=spacing))
         foreign = (labels > 0) & (labels != number)

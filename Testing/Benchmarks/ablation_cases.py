@@ -14,6 +14,7 @@ from scipy.ndimage import find_objects, zoom
 from system_fits import ITERATED
 
 from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.geometry.grid import grown_box
 from PolyPoseLib.io.truths import load_truth
 from PolyPoseLib.io.volumes import read_volume, write_volume
 from PolyPoseLib.registration.presets import PRESETS
@@ -270,7 +271,7 @@ def eroded(labels: Volume, groups: Sequence[Sequence[int]], depth_mm: float) -> 
     for group in groups:
         mask = np.isin(labels.voxels, group)
         box = find_objects(mask.astype(np.int8))[0]
-        box = tuple(slice(max(part.start - 2, 0), part.stop + 2) for part in box)
+        box = grown_box(box, 2, mask.shape)
         depth = _depths(np.pad(mask[box], 2), labels.spacing)[2:-2, 2:-2, 2:-2]
         depth = np.where(mask[box], depth, np.inf)
         limit = min(depth_mm, float(np.quantile(depth[mask[box]], 1 - LEAST_KEPT)))

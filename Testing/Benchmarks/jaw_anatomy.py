@@ -18,7 +18,7 @@ from scipy.ndimage import binary_fill_holes, binary_propagation, find_objects, g
 from PolyPoseLib.data.structures import Structures, structures_from_labels
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.geometry.grid import connected_components
+from PolyPoseLib.geometry.grid import connected_components, grown_box
 
 SKULL, MANDIBLE = "skull", "mandible"
 LABELS = {SKULL: [1], MANDIBLE: [2]}
@@ -159,7 +159,7 @@ def mouth(head: Head) -> Volume:
 def _grown(voxels: np.ndarray, start: np.ndarray, allowed: np.ndarray) -> np.ndarray:
     """Labels grown into bone around the mandible's, denser voxels first."""
     box = find_objects((start == 2).astype(np.int8))[0]
-    wide = tuple(slice(max(part.start - 8, 0), part.stop + 8) for part in box)
+    wide = grown_box(box, 8, start.shape)
     found, hu, free = start[wide].copy(), voxels[wide], allowed[wide]
     threshold = CORE_HU
     while threshold > BONE_HU:
@@ -185,8 +185,5 @@ def _around_head(voxels: np.ndarray) -> tuple[slice, ...]:
     pieces, _ = connected_components(voxels > BODY_HU)
     sizes = np.bincount(pieces.ravel())
     sizes[0] = 0
-    _, rows, columns = find_objects((pieces == sizes.argmax()).astype(np.int8))[0]
-    return (
-        slice(0, len(voxels)),
-        *(slice(max(part.start - MARGIN_VOXELS, 0), part.stop + MARGIN_VOXELS) for part in (rows, columns)),
-    )
+    _, *plane = find_objects((pieces == sizes.argmax()).astype(np.int8))[0]
+    return slice(0, len(voxels)), *grown_box(tuple(plane), MARGIN_VOXELS, voxels.shape[1:])

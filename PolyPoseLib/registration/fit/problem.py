@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.grid import bounding_box, grown_box
 from PolyPoseLib.geometry.rigid import about, adjoint_of_correction, perturbation
 from PolyPoseLib.registration.fit.camera_prior import WEIGHT, CameraPrior
 from PolyPoseLib.registration.fit.linearised import Block, Linearised, overlap_product
@@ -67,11 +68,9 @@ class View:
 
     def cropped_around(self, pixels: np.ndarray) -> View:
         """The part of the view that holds pixels (H, W) bool, at least one, and the patches around them."""
-        margin = self.contrast.size // 2
-        rows, columns = (
-            slice(max(int(used[0]) - margin, 0), int(used[-1]) + margin + 1)
-            for used in (np.flatnonzero(pixels.any(axis=axis)) for axis in (1, 0))
-        )
+        used = bounding_box(pixels)
+        assert used is not None
+        rows, columns = grown_box(used, self.contrast.size // 2, pixels.shape)
         height, width = self.weight[rows, columns].shape
         camera = self.camera.cropped(rows.start, rows.start + height, columns.start, columns.start + width)
         return View(

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from PolyPoseLib.geometry.grid import grown_box
 from PolyPoseLib.geometry.rigid import about, perturbation, perturbation_between
 from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions
 from PolyPoseLib.registration.fit.lockstep import minimise_together
@@ -111,8 +112,8 @@ def _view_of_one_bone(problem: RigidProblem, state: State, n: int, k: int, start
     grow = view.contrast.size // 2
     for pose in (state.poses[k], *starts):
         row0, row1, column0, column1 = footprint(problem.bodies[k], camera, pose)
-        near = (slice(max(row0 - grow, 0), row1 + grow), slice(max(column0 - grow, 0), column1 + grow))
         if row1 > row0 and column1 > column0:
+            near = grown_box((slice(row0, row1), slice(column0, column1)), grow, weight.shape)
             weight[near] = view.weight[near]
     return replace(view, camera=camera, static=static, weight=weight)
 

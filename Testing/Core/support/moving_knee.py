@@ -17,6 +17,7 @@ from PolyPoseLib.data.tracking.sequence import Sequence, TrackView
 from PolyPoseLib.data.tracking.track_options import TrackOptions
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix, look_at
+from PolyPoseLib.geometry.grid import grown_box
 from PolyPoseLib.geometry.rigid import rigid_inverse
 from PolyPoseLib.simulation.independent_projector import project
 from PolyPoseLib.simulation.xray_physics import XrayPhysics, measure
@@ -244,7 +245,7 @@ class KneeImages:
 def _cut_out(voxels: np.ndarray, affine: np.ndarray) -> Volume:
     """The box of a volume that is not zero, with a border."""
     (box,) = find_objects((voxels != 0).astype(np.uint8))
-    box = tuple(slice(max(part.start - 1, 0), part.stop + 1) for part in box)
+    box = grown_box(box, 1, voxels.shape)
     moved = affine.copy()
     moved[:3, 3] += affine[:3, :3] @ [part.start for part in reversed(box)]
     return Volume(voxels[box].astype(np.float32), moved)
