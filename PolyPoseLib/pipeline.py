@@ -19,9 +19,9 @@ from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.io.machine_memory import require_memory
 from PolyPoseLib.io.transforms import preview_writer
-from PolyPoseLib.registration.bones.agreement import structure_agreement
 from PolyPoseLib.registration.bones.joint import StructureFit, fit_structures
-from PolyPoseLib.registration.bones.rejection import inconsistency_warnings, reasons_against_most
+from PolyPoseLib.registration.bones.parts import agreement_by_parts
+from PolyPoseLib.registration.bones.rejection import inconsistency_warnings
 from PolyPoseLib.registration.bones.rows import breaks
 from PolyPoseLib.registration.bones.visibility import structure_visibility
 from PolyPoseLib.registration.cameras.certainty import CameraVerdict, judge_cameras, stage_warnings
@@ -49,13 +49,19 @@ from PolyPoseLib.registration.run import Preview, Run
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.checks import (
     ViewScores,
-    hidden_structures,
     left_out_warnings,
     reasons_for_distrust,
     score_views,
 )
 from PolyPoseLib.registration.uncertainty.covariance import joint_covariance
-from PolyPoseLib.registration.uncertainty.doubts import Evidence, disputed_warnings, doubts_about
+from PolyPoseLib.registration.uncertainty.doubts import (
+    Evidence,
+    disputed_warnings,
+    doubts_about,
+    reasons_against_most,
+    united_warnings,
+    unseen_warnings,
+)
 from PolyPoseLib.registration.uncertainty.intervals import structure_uncertainties, systematic_error
 from PolyPoseLib.registration.uncertainty.shrinkage import likeliest_poses
 from PolyPoseLib.rendering.select import device_of, must_compile, select_backend, torch_device_of
@@ -127,7 +133,7 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
     joint, final = fit.joint, fit.observations
     run = replace(run, soft_tissue=fit.soft_tissue)
     with monitor.timed("scoring"):
-        agreement = structure_agreement(run, final, joint.poses)
+        agreement = agreement_by_parts(run, final, joint.poses, study.source_segmentation)
         names = [xray.name for xray in study.xrays]
         verdict = judge_cameras(run, names, final, cameras.uncertain)
         verdict.warnings.extend(stage_warnings(run, names, cameras.refined, final))
@@ -153,6 +159,7 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
         [xray.maybe_distorted for xray in cameras.xrays],
         magnification,
         breaks(run.scene, joint.poses),
+        study.label_names,
     )
     doubts = doubts_about(run.scene, evidence)
     fitted = _Fitted(cameras, joint, final, before, after, evidence, doubts, inconsistent, verdict)
@@ -290,7 +297,7 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted) -> Result
         xray_masks=[each.mask for each in fitted.used],
         distrust=(
             *fitted.verdict.distrust,
-            *reasons_against_most(run.scene, fitted.inconsistent),
+            *reasons_against_most(run.scene, fitted.evidence),
             *reasons_for_distrust(run.scene, names, fitted.before, fitted.after, joint.poses),
         ),
     )
@@ -330,9 +337,10 @@ def _warnings(study: Study, scene: Scene, fitted: _Fitted) -> list[str]:
         *fitted.cameras.warnings,
         *(line for name, used in pairs for line in left_out_warnings(name, used)),
         *fitted.verdict.warnings,
-        *hidden_structures(scene, fitted.after),
+        *unseen_warnings(scene, fitted.evidence),
         *inconsistency_warnings(scene, {k: fitted.doubts[k] for k in fitted.inconsistent}),
         *disputed_warnings(scene, fitted.evidence),
+        *united_warnings(scene, fitted.evidence),
     ]
 
 

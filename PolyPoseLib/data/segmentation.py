@@ -100,6 +100,12 @@ class Segmentation:
         """Whether a segment has this name or identifier."""
         return any(name in (segment.name, segment.identifier) for segment in self.segments)
 
+    def label_names(self, table: Mapping[int, str]) -> dict[int, str]:
+        """Names of the first layer's labels: those of its segments, or a table's where there are none."""
+        if not self.segments:
+            return dict(table)
+        return {segment.label: segment.name for segment in self.segments if segment.layer == 0}
+
     def find(self, label: int | str, structure: str) -> tuple[int, int]:
         """Where the voxels of a label are.
 

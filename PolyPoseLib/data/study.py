@@ -46,6 +46,8 @@ class Study:
     source_segmentation : Volume or None
         The whole label map on the CT's grid, which is warped with the CT; None when the segmentation has overlapping
         layers, which one label map cannot hold.
+    label_names : mapping of int to str
+        Names of that label map's labels as far as they are known, for messages.
     initial_poses : dict of str to (4, 4) array
         Where structures are started, fixed to moving, LPS mm, as :class:`PolyPoseLib.data.result.StructureResult` has
         them; they are fitted from there without restarts. The others start where the CT has them.
@@ -64,6 +66,7 @@ class Study:
     options: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     source_segmentation: Volume | None = None
+    label_names: Mapping[int, str] = field(default_factory=dict)
     initial_poses: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

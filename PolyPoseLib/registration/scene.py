@@ -71,7 +71,7 @@ class Scene:
         voxels, outside = ct.voxels, AIR_HU
         if self.bare:  # bones in air: what they add to soft tissue is rendered, as if it were everywhere
             voxels, outside = np.where(voxels < AIR_BELOW_HU, SOFT_TISSUE_HU, voxels), SOFT_TISSUE_HU
-        factors = block_factors(ct.affine, working_mm)
+        self._factors = factors = block_factors(ct.affine, working_mm)
         affine = coarsened_affine(ct.affine, factors)
         hounsfield = block_mean(voxels, factors, outside=outside)
         labels = block_centres(structures.labels, factors)
@@ -106,7 +106,9 @@ class Scene:
     def bodies(self, voxel_mm: float) -> list[Body]:
         """One body per structure: what its bone adds to the soft tissue that fills its place."""
         if voxel_mm not in self._bodies:
-            self._bodies[voxel_mm] = [self._body(n, voxel_mm) for n in range(len(self.names))]
+            self._bodies[voxel_mm] = [
+                self.body_of(n, self.box(n), self.owned(n), voxel_mm) for n in range(len(self.names))
+            ]
         return self._bodies[voxel_mm]
 
     def volume(self, kind: str, voxel_mm: float) -> Body:
@@ -116,9 +118,21 @@ class Scene:
             self._volumes[kind, voxel_mm] = Body(grid.voxels, grid.affine, self.anchor_centre)
         return self._volumes[kind, voxel_mm]
 
-    def _body(self, number: int, voxel_mm: float) -> Body:
-        box = self._boxes[number] or (slice(0, 1),) * 3
-        excess = (self.whole.voxels[box] - self.soft.voxels[box]) * (self.owners[box] == number + 1)
+    def box(self, number: int) -> tuple[slice, ...]:
+        """Slices (k, j, i) of the working voxels in which a structure lies."""
+        return self._boxes[number] or (slice(0, 1),) * 3
+
+    def owned(self, number: int) -> np.ndarray:
+        """Which working voxels in a structure's box are the structure's, bool (k, j, i)."""
+        return self.owners[self.box(number)] == number + 1
+
+    def working_labels(self, labels: np.ndarray) -> np.ndarray:
+        """Labels on the CT's grid at the working voxels."""
+        return block_centres(labels, self._factors)
+
+    def body_of(self, number: int, box: tuple[slice, ...], voxels: np.ndarray, voxel_mm: float) -> Body:
+        """Some voxels of a structure, bool in a box (k, j, i) of working voxels, as a body about its centre."""
+        excess = (self.whole.voxels[box] - self.soft.voxels[box]) * voxels
         affine = self.whole.affine.copy()
         affine[:3, 3] += affine[:3, :3] @ np.array([s.start for s in reversed(box)], float)
         grid = Grid(excess.astype(np.float32), affine).coarsened(voxel_mm).padded()

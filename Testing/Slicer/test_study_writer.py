@@ -49,6 +49,20 @@ class StudyTest(SlicerTestCase):
             np.testing.assert_array_equal(study.source_segmentation.voxels, scenes.labels())
             self.assertEqual(study.anchor, "pelvis")
 
+    def test_messages_know_the_segments_by_name(self) -> None:
+        ct = scenes.add_ct()
+        segmentation = scenes.add_segmentation(ct)
+        content = segmentation.GetSegmentation()
+        wanted = {}
+        for number, identifier in enumerate(content.GetSegmentIDs(), start=1):
+            content.GetSegment(identifier).SetName(f"Knochen {number}:=\n\u00e4\u9aa8")
+            wanted[number] = f"Knochen {number}:= \u00e4\u9aa8"
+        structures = {"pelvis": [content.GetNthSegmentID(0)], "femur": [content.GetNthSegmentID(1)]}
+        study = self.load(
+            ct, segmentation, [XraySource(scenes.add_xray(), fields=GEOMETRY)], structures=structures
+        )
+        self.assertEqual(study.label_names, wanted)
+
     def test_centroids_agree_with_the_cores(self) -> None:
         ct = scenes.add_ct(scenes.affine(True, 20.0))
         study = self.load(ct, scenes.add_segmentation(ct), [XraySource(scenes.add_xray(), fields=GEOMETRY)])

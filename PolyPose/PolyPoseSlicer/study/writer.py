@@ -31,7 +31,7 @@ UNKNOWN_SPACING = (1.0, 1.0)
 class StudyData:
     """A study outside of the scene; nothing in it refers to a node.
 
-    structures: {structure: [segment IDs]}; segment_ids: all segments in order, number n has label n + 1.
+    structures: {structure: [segment IDs]}; segment_ids, segment_names: of all in order, number n has label n + 1.
     layers: label maps in the segmentation's own grids.
     xrays: (entry of the study file, pixels (H, W) or None, pixel spacing (row, column)).
     initial_poses: of structures that are refined from there, (4, 4) from the X-rays' posture to the CT, LPS mm.
@@ -48,6 +48,7 @@ class StudyData:
     labels: np.ndarray | None = None
     overlapped: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    segment_names: list[str] = field(default_factory=list)
 
 
 def read_study(
@@ -108,7 +109,8 @@ def read_bones(
         raise InputError(
             _("The anchor '{anchor}' is not one of the structures: choose one of them.").format(anchor=anchor)
         )
-    segment_ids = list(segmentation.GetSegmentation().GetSegmentIDs())
+    content = segmentation.GetSegmentation()
+    segment_ids = list(content.GetSegmentIDs())
     return StudyData(
         ct=read_volume(ct),
         layers=read_layers(segmentation, segment_ids),
@@ -119,6 +121,7 @@ def read_bones(
         anchor=anchor,
         xrays=[],
         options={},
+        segment_names=[content.GetSegment(each).GetName() for each in segment_ids],
     )
 
 
@@ -181,8 +184,21 @@ def write_bones(study: StudyData, folder: Path, needed: float) -> np.ndarray:
     _require_space(folder, needed)
     labels = study.labels = merged_labels(study)
     _write_image(study.ct, folder / "ct.nrrd")
-    _write_image(Voxels(labels, study.ct.grid), folder / "labels.nrrd")
+    _write_image(Voxels(labels, study.ct.grid), folder / "labels.nrrd", _segment_fields(study))
     return labels
+
+
+def _segment_fields(study: StudyData) -> dict[str, str]:
+    """What Slicer's own label maps say of their segments, so that messages name them."""
+    fields = {}
+    for n, name in enumerate(study.segment_names):
+        fields[f"Segment{n}_ID"] = study.segment_ids[n]
+        fields[f"Segment{n}_Name"] = name or study.segment_ids[n]
+        fields[f"Segment{n}_LabelValue"] = str(n + 1)
+        fields[f"Segment{n}_Layer"] = "0"
+    # A line break would end a field of the header.
+    fields = {key: " ".join(value.split()) for key, value in fields.items()}
+    return fields
 
 
 def with_spacing(entry: dict[str, Any], spacing: tuple[float, float]) -> dict[str, Any]:
@@ -257,8 +273,8 @@ def _require_space(folder: Path, needed: float) -> None:
         )
 
 
-def _write_image(voxels: Voxels, path: Path) -> None:
-    """Write an uncompressed NRRD file."""
+def _write_image(voxels: Voxels, path: Path, fields: Mapping[str, str] | None = None) -> None:
+    """Write an uncompressed NRRD file with fields of its own in its header."""
     import SimpleITK as sitk
 
     values = voxels.values
@@ -268,6 +284,8 @@ def _write_image(voxels: Voxels, path: Path) -> None:
     image.SetSpacing(voxels.grid.spacing.tolist())
     image.SetDirection((voxels.grid.affine[:3, :3] / voxels.grid.spacing).ravel().tolist())
     image.SetOrigin(voxels.grid.affine[:3, 3].tolist())
+    for name, value in (fields or {}).items():
+        image.SetMetaData(name, value)
     _write(image, path, values.nbytes)
 
 

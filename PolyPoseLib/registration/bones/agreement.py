@@ -9,8 +9,8 @@ none that is undisturbed supports it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -29,11 +29,50 @@ SUPPORTED = 0.5
 """Support from which an X-ray shows a bone where it is. In the best X-ray it is 0.46 to 0.95 of right bones, up to 0.46
 of wrong ones, see Testing/Benchmarks/degraded.py."""
 
+PART_SUPPORTED = 0.45
+"""Support up to which no X-ray shows one of several bones that move as one structure. In the best X-ray it is 0.5 and
+above of right ones (vertebrae, ribs, femurs, halves of a pelvis)."""
+
+APART_MM, CONVINCING = 3.0, 0.6
+"""Shift by which such a bone has moved against the others, and the support that it has there in some X-ray."""
+
 LEAST_PIXELS = 20
 """A bone that shows in fewer pixels cannot be compared."""
 
 EDGE_PX = 2
 """Pixels around a bone's projection that count for its support: its edge is what places it."""
+
+
+@dataclass(frozen=True)
+class PartAgreement:
+    """Of one of several bones that were united in a structure, with N X-rays.
+
+    Attributes
+    ----------
+    label : int or None
+        Of the segmentation; None where one label holds several bones.
+    support, refitted : (N,) ndarray
+        As :class:`Agreement` holds it, where the structure's pose puts the bone and where it fits by itself.
+    shift_mm : float
+        How far the two are apart across the beam, in the X-ray in which it is most.
+
+    """
+
+    label: int | None
+    support: np.ndarray
+    refitted: np.ndarray
+    shift_mm: float
+
+    @property
+    def shows_elsewhere(self) -> bool:
+        """Whether an X-ray shows it clearly, somewhere else than the structure's pose puts it."""
+        return self.shift_mm > APART_MM and bool((self.refitted >= CONVINCING).any())
+
+    @property
+    def is_off(self) -> bool:
+        """Whether it is somewhere else, or X-rays show it but none where the structure's pose puts it."""
+        shows = self.support[~np.isnan(self.support)]
+        return self.shows_elsewhere or (len(shows) > 0 and bool((shows < PART_SUPPORTED).all()))
 
 
 @dataclass(frozen=True)
@@ -48,12 +87,15 @@ class Agreement:
         Correlation of what the structure adds with what the X-ray lacks without it, in [-1, 1].
     contrast : (K, N) ndarray
         Mean square of what it adds, in variances of the local contrast.
+    parts : mapping of int to sequence of PartAgreement
+        Of structures that unite several bones, by index, where they were compared one by one.
 
     """
 
     residuals: np.ndarray
     support: np.ndarray
     contrast: np.ndarray
+    parts: Mapping[int, Sequence[PartAgreement]] = field(default_factory=dict)
 
     @property
     def contradicted(self) -> np.ndarray:
@@ -69,6 +111,15 @@ class Agreement:
     def is_clear(self) -> np.ndarray:
         """(K,) bool, which structures some X-ray shows where they are, disturbed or not."""
         return np.asarray((self.support >= SUPPORTED).any(axis=1))
+
+    def parts_off(self, k: int) -> list[PartAgreement]:
+        """Bones united in a structure that are not where its pose puts them, while others are.
+
+        Where none is, it is the structure that is off.
+        """
+        parts = self.parts.get(k, ())
+        off = [part for part in parts if part.is_off]
+        return off if len(off) < len(parts) else []
 
     @property
     def disputed(self) -> np.ndarray:
@@ -101,7 +152,7 @@ def structure_agreement(run: Run, observations: Sequence[Observation], poses: np
         Of the K structures with the N X-rays.
 
     """
-    return agreement_in(*_posed(run, observations, poses))
+    return agreement_in(*posed(run, observations, poses))
 
 
 def agreement_in(problem: RigidProblem, state: State) -> Agreement:
@@ -116,15 +167,15 @@ def agreement_in(problem: RigidProblem, state: State) -> Agreement:
 def structure_residuals(run: Run, observations: Sequence[Observation], poses: np.ndarray) -> np.ndarray:
     """(K, N) mean squared residuals, as :class:`Agreement` holds them, for less work."""
     residuals = np.full((len(poses), len(observations)), np.nan)
-    for k, n, shown in _shown_structures(*_posed(run, observations, poses)):
+    for k, n, shown in _shown_structures(*posed(run, observations, poses)):
         residuals[k, n] = shown.residual()
     return residuals
 
 
 @dataclass(frozen=True)
-class _Shown:
-    """A structure in an X-ray. view: the X-ray; image, normalised: (H, W) rendering of everything; part: of it, the
-    structure; shows: (H, W) bool, where that can be seen.
+class Shown:
+    """A structure, or a part of one, in an X-ray. view: the X-ray; image, normalised: (H, W) rendering of everything;
+    part: of it, the structure; shows: (H, W) bool, where that can be seen.
     """
 
     view: View
@@ -149,22 +200,28 @@ class _Shown:
         return _correlation(adds, lacks, weights), float(np.average(adds**2, weights=weights))
 
 
-def _posed(run: Run, observations: Sequence[Observation], poses: np.ndarray) -> tuple[RigidProblem, State]:
+def posed(run: Run, observations: Sequence[Observation], poses: np.ndarray) -> tuple[RigidProblem, State]:
     """All structures at poses (K, 4, 4), as they are compared with their X-rays."""
     return LevelViews(run, observations, COMPARISON_LEVEL).posed_structures(poses)
 
 
-def _shown_structures(problem: RigidProblem, state: State) -> Iterator[tuple[int, int, _Shown]]:
+def _shown_structures(problem: RigidProblem, state: State) -> Iterator[tuple[int, int, Shown]]:
     """(structure, X-ray, what it shows there) wherever a structure shows in enough pixels."""
     for n, view in enumerate(problem.views):
         image, parts = problem.render(state, n)
         normalised = view.contrast.normalise(image).values
         for k, part in enumerate(parts):
-            shows = np.zeros(image.shape, bool)
-            mark_shown(shows, part)
-            shows &= view.contrast.support > 0
-            if shows.sum() >= LEAST_PIXELS:
-                yield k, n, _Shown(view, image, normalised, part, shows)
+            shown = shown_in(view, image, normalised, part)
+            if shown is not None:
+                yield k, n, shown
+
+
+def shown_in(view: View, image: np.ndarray, normalised: np.ndarray, part: BodyProjection) -> Shown | None:
+    """What a part of a view's rendering (H, W) shows; None where that is in hardly any pixel."""
+    shows = np.zeros(image.shape, bool)
+    mark_shown(shows, part)
+    shows &= view.contrast.support > 0
+    return Shown(view, image, normalised, part, shows) if shows.sum() >= LEAST_PIXELS else None
 
 
 def _correlation(first: np.ndarray, second: np.ndarray, weights: np.ndarray) -> float:

@@ -55,21 +55,6 @@ def restart_inconsistent(
     return poses
 
 
-def reasons_against_most(scene: Scene, which: Sequence[int]) -> list[str]:
-    """A reason for distrust where more than half of the structures that may move are inconsistent."""
-    moving = len(scene.moving)
-    if 2 * len(which) <= moving:
-        return []
-    poses = (
-        "pose of the only structure that may move"
-        if moving == 1
-        else f"poses of {len(which)} of {moving} structures"
-    )
-    return [
-        f"The X-rays contradict the {poses}: check the cameras, and whether CT, labels and X-rays belong together."
-    ]
-
-
 def inconsistency_warnings(scene: Scene, doubts: Mapping[int, Sequence[str]]) -> list[str]:
     """Warnings about inconsistent structures; doubts: the reasons, by their indices."""
     return [

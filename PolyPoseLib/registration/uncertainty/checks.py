@@ -133,15 +133,6 @@ def reasons_for_distrust(
     return tuple(reasons)
 
 
-def hidden_structures(scene: Scene, after: ViewScores) -> list[str]:
-    """Warnings about structures that no X-ray shows."""
-    return [
-        f'The structure "{name}" shows in no X-ray: its pose is an estimate with a wide uncertainty.'
-        for k, name in enumerate(scene.names)
-        if not after.visible[k].any()
-    ]
-
-
 def left_out_warnings(name: str, used: Observation) -> list[str]:
     """Warnings about the shares of an X-ray that are clipped and that foreign objects cover, where there are any."""
     given, clipped, foreign = used.given, used.clipped, used.foreign

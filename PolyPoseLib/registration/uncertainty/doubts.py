@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,6 +22,9 @@ OUTSIDE, HIDDEN, CLIPPED = 0.25, 0.1, 0.25
 
 FAINT = 0.03
 """Contrast of a structure, in variances of the X-ray's local contrast, below which it stands out little."""
+
+LEAST_SHOWN = 0.5
+"""Share of a structure in the picture of an X-ray, and not behind metal, from which on it ought to stand out there."""
 
 LEAST_RIVAL_MM = 2.0
 """Other places nearer than that are the same one."""
@@ -47,6 +50,8 @@ class Evidence:
         How many times the scene is larger than the patient.
     breaks : sequence of Break
         Of rows of companions, the widest first.
+    label_names : mapping of int to str
+        Of the segmentation's labels, as far as they are known.
 
     """
 
@@ -57,6 +62,18 @@ class Evidence:
     distorted: Sequence[bool]
     magnification: float = 1.0
     breaks: Sequence[Break] = ()
+    label_names: Mapping[int, str] = field(default_factory=dict)
+
+    @property
+    def in_picture(self) -> np.ndarray:
+        """(K,) bool, which structures some X-ray ought to show."""
+        shown = 1 - self.visibility.outside - self.visibility.hidden
+        return np.asarray((shown >= LEAST_SHOWN).any(axis=1))
+
+    @property
+    def stands_out(self) -> np.ndarray:
+        """(K,) bool, which structures some X-ray shows at all."""
+        return np.asarray(~np.isnan(self.agreement.residuals).all(axis=1))
 
 
 def doubts_about(scene: Scene, evidence: Evidence) -> dict[int, tuple[str, ...]]:
@@ -72,23 +89,98 @@ def doubts_about(scene: Scene, evidence: Evidence) -> dict[int, tuple[str, ...]]
     Returns
     -------
     dict of int to tuple of str
-        Clauses, the gravest first, by the index of every structure that is inconsistent, that no X-ray shows, or whose
-        interval is wide.
+        Clauses, the gravest first, by the index of every structure that is inconsistent, that no X-ray shows, whose
+        interval is wide, or that unites bones which moved against each other; only for the last is the anchor doubted.
 
     """
     agreement = evidence.agreement
     inconsistent = agreement.inconsistent(scene.anchor)
     contradicted = agreement.contradicted
     doubts: dict[int, tuple[str, ...]] = {}
+    if agreement.parts_off(scene.anchor):
+        doubts[scene.anchor] = (_parts_off(evidence, scene.anchor),)
     for k in scene.moving:
-        if np.isnan(agreement.residuals[k]).all():
-            doubts[k] = ("it shows in no X-ray",)
+        if not evidence.stands_out[k]:
+            says = (
+                "it lies in the X-rays but stands out in none"
+                if evidence.in_picture[k]
+                else "it shows in no X-ray"
+            )
+            doubts[k] = (says,)
         elif k in inconsistent:
             against = _those(evidence.names, contradicted[k])
             doubts[k] = (f"its rendering does not match {against}", *_causes(scene, evidence, k))
         elif k in evidence.uncertainties and evidence.uncertainties[k].widest_mm > WIDE_MM:
             doubts[k] = tuple(_causes(scene, evidence, k)) or ("the X-rays determine its pose weakly",)
+        elif agreement.parts_off(k):
+            doubts[k] = (_parts_off(evidence, k),)
     return doubts
+
+
+def united_warnings(scene: Scene, evidence: Evidence) -> list[str]:
+    """Warnings about structures that unite bones which moved against each other."""
+    return [
+        f'"{name}" seems to unite bones that moved against each other: {_parts_off(evidence, k)}. Give '
+        "each bone a structure of its own."
+        for k, name in enumerate(scene.names)
+        if evidence.agreement.parts_off(k)
+    ]
+
+
+def _parts_off(evidence: Evidence, k: int) -> str:
+    """Which bones of a structure are not where its pose puts them."""
+    off, total = evidence.agreement.parts_off(k), len(evidence.agreement.parts[k])
+    labels = sorted({part.label for part in off if part.label is not None})
+    if labels:
+        names = evidence.label_names
+        which = " and ".join(f'"{names[n]}"' if n in names else f"label {n}" for n in labels)
+    else:
+        which = f"{'one' if len(off) == 1 else len(off)} of its {total} separate parts"
+    there = f"where the structure's pose puts {'it' if len(off) == 1 else 'them'}"
+    if all(part.shows_elsewhere for part in off):
+        shift_mm = max(part.shift_mm for part in off) / evidence.magnification
+        return f"the X-rays show {which} up to {shift_mm:.0f} mm from {there}"
+    return f"no X-ray shows {which} {there}"
+
+
+def reasons_against_most(scene: Scene, evidence: Evidence) -> list[str]:
+    """A reason for distrust where no X-ray shows more than half of the structures that may move where they are.
+
+    Those that lie in no picture do not count.
+    """
+    agreement, inconsistent = evidence.agreement, evidence.agreement.inconsistent(scene.anchor)
+    moving = [k for k in scene.moving if evidence.in_picture[k] or k in inconsistent]
+    against = [k for k in moving if k in inconsistent or not agreement.is_clear[k]]
+    if 2 * len(against) <= len(moving):
+        return []
+    poses = (
+        "pose of the only structure that may move"
+        if len(moving) == 1
+        else f"poses of {len(against)} of {len(moving)} structures"
+    )
+    verb = "contradict" if set(inconsistent) & set(against) else "do not bear out"
+    unseen = sum(not evidence.stands_out[k] for k in against)
+    if unseen:
+        some = "" if unseen == len(against) else f"{unseen} of "
+        return [
+            f"The X-rays {verb} the {poses}, {some}which stand out in none: check that each label covers a whole bone, "
+            "with its cortex, and that CT, labels and X-rays belong together."
+        ]
+    return [
+        f"The X-rays {verb} the {poses}: check the cameras, and whether CT, labels and X-rays belong together."
+    ]
+
+
+def unseen_warnings(scene: Scene, evidence: Evidence) -> list[str]:
+    """Warnings about structures that stand out in no X-ray, whether they lie in one or not."""
+    return [
+        f'The structure "{name}" lies in the X-rays but stands out in none: its pose is an estimate with a wide '
+        "uncertainty. Check that its label covers the whole bone, with its cortex."
+        if evidence.in_picture[k]
+        else f'The structure "{name}" shows in no X-ray: its pose is an estimate with a wide uncertainty.'
+        for k, name in enumerate(scene.names)
+        if not evidence.stands_out[k]
+    ]
 
 
 def disputed_warnings(scene: Scene, evidence: Evidence) -> list[str]:
@@ -130,6 +222,8 @@ def _causes(scene: Scene, evidence: Evidence, k: int) -> Iterator[str]:
         yield f"another place, {rival / evidence.magnification:.0f} mm away, fits the X-rays as well"
     if not agreement.is_clear[k]:
         yield "no X-ray shows it clearly"
+    if agreement.parts_off(k):
+        yield _parts_off(evidence, k)
     shows = ~np.isnan(agreement.contrast[k])
     if shows.sum() == 1:
         yield f"only {_those(evidence.names, shows)} shows it"

@@ -84,6 +84,12 @@ def test_a_right_study_is_loaded(data):
     assert np.allclose(study.xrays[0].intrinsics[0, 0], 1020 / 0.4)
 
 
+def test_labels_have_the_names_of_a_table_where_the_study_names_one(data):
+    assert Study.load(write(data, FIELDS)).label_names == {}
+    named = Study.load(write(data, changed(label_table="totalsegmentator_v2"))).label_names
+    assert (named[25], named[75], named[76]) == ("sacrum", "femur_left", "femur_right")
+
+
 def test_the_version_may_be_absent(data):
     assert Study.load(write(data, changed(version=...))).anchor == "pelvis"
 

@@ -1,15 +1,24 @@
 """Doubtful bones say why, in words; the others say nothing."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from PolyPoseLib.registration.bones.agreement import Agreement
+from PolyPoseLib.registration.bones.agreement import Agreement, PartAgreement
 from PolyPoseLib.registration.bones.rows import Break
 from PolyPoseLib.registration.bones.visibility import Visibility
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
-from PolyPoseLib.registration.uncertainty.doubts import WIDE_MM, Evidence, disputed_warnings, doubts_about
+from PolyPoseLib.registration.uncertainty.doubts import (
+    WIDE_MM,
+    Evidence,
+    disputed_warnings,
+    doubts_about,
+    reasons_against_most,
+    united_warnings,
+    unseen_warnings,
+)
 
 SCENE = SimpleNamespace(names=("pelvis", "femur", "spine"), anchor=0, moving=[1, 2])
 NARROW, WIDE = (PoseUncertainty.independent(1.0, mm) for mm in (0.5 * WIDE_MM / 1.96, 1.5 * WIDE_MM / 1.96))
@@ -93,10 +102,92 @@ def test_an_inconsistent_bone_names_the_x_ray_and_the_cause():
     assert doubts[2] == "no X-ray shows it clearly"
 
 
-def test_a_bone_that_no_x_ray_shows_says_so():
-    nothing = {(SPINE, n): np.nan for n in (0, 1)}
-    at = {"residuals": nothing, "support": nothing, "contrast": nothing}
-    assert doubts_about(SCENE, evidence(at=at)) == {SPINE: ("it shows in no X-ray",)}
+def unseen(*which) -> dict:
+    """Bones that no X-ray shows."""
+    nothing = {(k, n): np.nan for k in which for n in (0, 1)}
+    return {"residuals": nothing, "support": nothing, "contrast": nothing}
+
+
+@pytest.mark.parametrize(
+    ("beside", "says"),
+    [
+        ({"outside": {(SPINE, 0): 1.0, (SPINE, 1): 0.8}}, "shows in no X-ray"),
+        ({"outside": {(SPINE, 0): 1.0}, "hidden": {(SPINE, 1): 0.9}}, "shows in no X-ray"),
+        ({"outside": {(SPINE, 0): 1.0}}, "lies in the X-rays but stands out in none"),
+        ({}, "lies in the X-rays but stands out in none"),
+    ],
+)
+def test_a_bone_that_no_x_ray_shows_says_whether_one_ought_to(beside, says):
+    found = evidence(at=unseen(SPINE) | beside)
+    assert doubts_about(SCENE, found) == {SPINE: (f"it {says}",)}
+    (warning,) = unseen_warnings(SCENE, found)
+    assert f'"spine" {says}' in warning
+    assert ("whole bone" in warning) == ("stands out" in says)
+    assert unseen_warnings(SCENE, evidence()) == []
+
+
+def test_most_bones_that_stand_out_nowhere_are_a_reason_for_distrust():
+    assert reasons_against_most(SCENE, evidence()) == []
+    assert reasons_against_most(SCENE, evidence(at=unseen(SPINE))) == []
+    (reason,) = reasons_against_most(SCENE, evidence(at=unseen(FEMUR, SPINE)))
+    assert "poses of 2 of 2 structures, which stand out in none" in reason and "whole bone" in reason
+
+
+def test_bones_beside_every_picture_do_not_count_for_distrust():
+    outside = {(SPINE, n): 1.0 for n in (0, 1)}
+    assert reasons_against_most(SCENE, evidence(at=unseen(SPINE) | {"outside": outside})) == []
+    unclear = {(FEMUR, n): 0.2 for n in (0, 1)}
+    at = unseen(SPINE) | {"outside": outside}
+    (reason,) = reasons_against_most(SCENE, evidence(at=at | {"support": {**at["support"], **unclear}}))
+    assert "do not bear out the pose of the only structure that may move" in reason
+
+
+def test_most_bones_contradicted_are_a_reason_for_distrust():
+    against = {(k, 0): 0.5 for k in (FEMUR, SPINE)}
+    low = {(k, n): 0.2 for k in (FEMUR, SPINE) for n in (0, 1)}
+    (reason,) = reasons_against_most(SCENE, evidence(at={"residuals": against, "support": low}))
+    assert "contradict the poses of 2 of 2 structures" in reason and "check the cameras" in reason
+
+
+def parts(*off: tuple[int | None, float]) -> list[PartAgreement]:
+    """A bone that is where it should be, and others, by label, that an X-ray shows so far from there, mm."""
+    clear, unclear = np.array([0.8, 0.8]), np.array([0.2, 0.3])
+    right = PartAgreement(None if off[0][0] is None else 1, clear, clear, 0.5)
+    return [
+        right,
+        *(PartAgreement(n, unclear, clear if mm else unclear, mm) for n, mm in off),
+    ]
+
+
+@pytest.mark.parametrize("magnification", [1.0, 4.0])
+@pytest.mark.parametrize(
+    ("off", "words"),
+    [
+        ([(7, 8.0)], 'the X-rays show "tibia" up to {} mm from where the structure\'s pose puts it'),
+        ([(9, 0.0)], "no X-ray shows label 9 where the structure's pose puts it"),
+        ([(7, 8.0), (9, 0.0)], 'no X-ray shows "tibia" and label 9 where the structure\'s pose puts them'),
+        (
+            [(None, 8.0)],
+            "the X-rays show one of its 2 separate parts up to {} mm from where the structure's pose puts it",
+        ),
+    ],
+)
+@pytest.mark.parametrize("k", [0, FEMUR])
+def test_bones_united_in_a_structure_that_moved_apart_are_named(k, off, words, magnification):
+    found = evidence(magnification=magnification, label_names={7: "tibia"})
+    found = replace(found, agreement=replace(found.agreement, parts={k: parts(*off)}))
+    words = words.format(f"{8 / magnification:.0f}")
+    assert doubts_about(SCENE, found) == {k: (words,)}
+    (warning,) = united_warnings(SCENE, found)
+    assert warning.startswith(f'"{SCENE.names[k]}" seems to unite') and words in warning
+
+
+def test_a_structure_whose_bones_are_where_they_should_be_is_not_named():
+    found = evidence()
+    clear = np.array([0.8, 0.8])
+    together = [PartAgreement(n, clear, clear, 0.5) for n in (1, 2)]
+    found = replace(found, agreement=replace(found.agreement, parts={FEMUR: together}))
+    assert doubts_about(SCENE, found) == {} and united_warnings(SCENE, found) == []
 
 
 def test_a_disputed_bone_is_no_flag_but_a_warning():

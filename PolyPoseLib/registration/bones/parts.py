@@ -1,0 +1,166 @@
+"""Bones that were united in one structure, compared with the X-rays one by one.
+
+A structure has one pose. Where its bones moved against each other, that pose suits the one that weighs most in the
+X-rays, and a mean over the whole structure hides how far off the others are. Each bone is therefore looked for by
+itself, from where the structure's pose puts it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.rigid import perturbation, rigid_inverse
+from PolyPoseLib.registration.bones.agreement import Agreement, PartAgreement, agreement_in, posed, shown_in
+from PolyPoseLib.registration.bones.restarts import best_of
+from PolyPoseLib.registration.fit.levels import COMPARISON_LEVEL, Observation, pixel_size_mm
+from PolyPoseLib.registration.fit.problem import RigidProblem, State
+from PolyPoseLib.registration.run import Run
+from PolyPoseLib.registration.scene import Scene, body_points
+from PolyPoseLib.rendering.rigid import Body
+from PolyPoseLib.warp.parts import Part, connected_parts
+
+LEAST_SHARE = 0.08
+"""Of a structure's voxels, at least, of a part that is compared: smaller ones are splinters, ribs or teeth, too little
+for an X-ray to tell where they are."""
+
+ITERATIONS = 10
+"""Of the fit of a bone by itself."""
+
+PLAIN = 0.6
+"""Support from which on a bone is looked for only near where the structure's pose puts it."""
+
+_SHIFTS = [perturbation(np.r_[np.zeros(3), 8.0 * sign * axis]) for axis in np.eye(3) for sign in (-1.0, 1.0)]
+"""Where else it is looked for, mm along the patient's axes."""
+
+POINTS = 200
+"""Of a bone, over which its shift is averaged."""
+
+
+def agreement_by_parts(
+    run: Run, observations: Sequence[Observation], poses: np.ndarray, segmentation: Volume | None
+) -> Agreement:
+    """Compare every structure with every X-ray, and the bones of those that unite several by themselves as well.
+
+    Parameters
+    ----------
+    run : Run
+        The patient and the renderer.
+    observations : sequence of Observation
+        N X-rays with their cameras.
+    poses : (K, 4, 4) ndarray
+        Fixed to moving.
+    segmentation : Volume or None
+        The labels that the structures were made of, on the CT's grid; without it bones that touch are one.
+
+    Returns
+    -------
+    Agreement
+        Of the K structures with the N X-rays, with their parts.
+
+    """
+    problem, state = posed(run, observations, poses)
+    parts = {}
+    for k, labels in enumerate(_labels_by_structure(run.scene, segmentation)):
+        found = large_parts(labels)
+        if len(found) > 1:
+            several = len({part.label for part in found}) > 1
+            parts[k] = [
+                _agreement(_UnitedBone(run.scene, k, part), problem, state, part.label if several else None)
+                for part in found
+            ]
+    return replace(agreement_in(problem, state), parts=parts)
+
+
+def large_parts(labels: np.ndarray) -> list[Part]:
+    """The large connected parts of labels (k, j, i), each of one label."""
+    least = LEAST_SHARE * np.count_nonzero(labels)
+    return [part for part in connected_parts(labels, 0) if np.count_nonzero(part.mask) >= least]
+
+
+def _labels_by_structure(scene: Scene, segmentation: Volume | None) -> Iterator[np.ndarray]:
+    """Labels at the working voxels (k, j, i) in each structure's box, 0 outside it; 1 where it has but one.
+
+    A structure grew beyond its labels; there the nearest label counts.
+    """
+    own = scene.working_labels(scene.structures.labels)
+    source = np.sign(own) if segmentation is None else scene.working_labels(segmentation.voxels)
+    spacing = np.linalg.norm(scene.whole.affine[:3, :3], axis=0)[::-1]
+    for k in range(len(scene.names)):
+        box, owned = scene.box(k), scene.owned(k)
+        labels = np.where(owned & (own[box] == k + 1), source[box], 0)
+        known = labels[labels > 0]
+        if len(known) and (known != known[0]).any():
+            grown = owned & (labels == 0)
+            labels[grown] = labels[tuple(_nearest(labels > 0, grown, spacing).T)]
+        else:
+            labels = owned.astype(np.int32)
+        yield labels
+
+
+def _nearest(known: np.ndarray, wanted: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """(P, 3) index (k, j, i) of the known voxel nearest to each of the P wanted ones; spacing: mm along (k, j, i)."""
+    places = np.argwhere(known)
+    _, nearest = KDTree(places * spacing).query(np.argwhere(wanted) * spacing)
+    return places[nearest]
+
+
+class _UnitedBone:
+    """A part of structure k, and the rest of it, as bodies; points: (P, 3) moving LPS mm of the part."""
+
+    def __init__(self, scene: Scene, k: int, part: Part) -> None:
+        self.k, size, box = k, COMPARISON_LEVEL.size_mm, scene.box(k)
+        place = tuple(
+            slice(of.start + at.start, of.start + at.stop) for of, at in zip(box, part.box, strict=True)
+        )
+        others = scene.owned(k)
+        others[part.box] &= ~part.mask
+        self.rest = scene.body_of(k, box, others, size)
+        body = scene.body_of(k, place, part.mask, size)
+        self.points = body_points(body, POINTS)
+        self.body = Body(body.voxels, body.affine, self.points.mean(axis=0))
+
+    def apart(self, problem: RigidProblem, state: State) -> tuple[RigidProblem, State]:
+        """The same with the part as one more body, the last, and the structure without it."""
+        bodies = [*problem.bodies, self.body]
+        bodies[self.k] = self.rest
+        return replace(problem, bodies=bodies), State(
+            np.r_[state.poses, state.poses[[self.k]]], state.corrections
+        )
+
+    def shift_mm(self, camera: Camera, before: np.ndarray, after: np.ndarray) -> float:
+        """How far poses (4, 4), fixed to moving, are apart across the beam."""
+        first, second = (
+            self.points @ inverse[:3, :3].T + inverse[:3, 3]
+            for inverse in map(rigid_inverse, (before, after))
+        )
+        pixels = np.linalg.norm(camera.project(second) - camera.project(first), axis=1)
+        return float(pixels.mean()) * pixel_size_mm(camera, first.mean(axis=0))
+
+
+def _agreement(bone: _UnitedBone, problem: RigidProblem, state: State, label: int | None) -> PartAgreement:
+    """Of a bone, with the views of a problem without free cameras."""
+    problem, state = bone.apart(problem, state)
+    last = len(problem.bodies) - 1
+    pose, support = state.poses[last], _support(problem, state)
+    starts = [pose] if (support >= PLAIN).any() else [pose, *(pose @ shift for shift in _SHIFTS)]
+    found = best_of(problem, state, last, starts, ITERATIONS)
+    found = pose if found is None else found
+    shifts = [bone.shift_mm(view.camera, pose, found) for view in problem.views]
+    return PartAgreement(label, support, _support(problem, state.with_pose(last, found)), max(shifts))
+
+
+def _support(problem: RigidProblem, state: State) -> np.ndarray:
+    """(N,) support of the last body by the views, NaN where it hardly shows."""
+    support = np.full(len(problem.views), np.nan)
+    for n, view in enumerate(problem.views):
+        image, parts = problem.render(state, n)
+        shown = shown_in(view, image, view.contrast.normalise(image).values, parts[-1])
+        if shown is not None:
+            support[n], _ = shown.support_and_contrast()
+    return support
