@@ -19,10 +19,10 @@ from PolyPoseLib.geometry.rigid import perturbation, rigid_inverse
 from PolyPoseLib.registration.bones.agreement import Agreement, PartAgreement, agreement_in, posed, shown_in
 from PolyPoseLib.registration.bones.restarts import best_of
 from PolyPoseLib.registration.fit.levels import COMPARISON_LEVEL, Observation, pixel_size_mm
-from PolyPoseLib.registration.fit.problem import RigidProblem, State
+from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene, body_points
-from PolyPoseLib.rendering.rigid import Body
+from PolyPoseLib.rendering.rigid import Body, project_body
 from PolyPoseLib.warp.parts import Part, connected_parts
 
 LEAST_SHARE = 0.08
@@ -65,16 +65,17 @@ def agreement_by_parts(
 
     """
     problem, state = posed(run, observations, poses)
+    wholes = agreement_in(problem, state)
     parts = {}
     for k, labels in enumerate(_labels_by_structure(run.scene, segmentation)):
         found = large_parts(labels)
         if len(found) > 1:
             several = len({part.label for part in found}) > 1
             parts[k] = [
-                _agreement(_UnitedBone(run.scene, k, part), problem, state, part.label if several else None)
+                _agreement(problem, state, k, _body(run.scene, k, part), part.label if several else None)
                 for part in found
             ]
-    return replace(agreement_in(problem, state), parts=parts)
+    return replace(wholes, parts=parts)
 
 
 def large_parts(labels: np.ndarray) -> list[Part]:
@@ -110,57 +111,57 @@ def _nearest(known: np.ndarray, wanted: np.ndarray, spacing: np.ndarray) -> np.n
     return places[nearest]
 
 
-class _UnitedBone:
-    """A part of structure k, and the rest of it, as bodies; points: (P, 3) moving LPS mm of the part."""
-
-    def __init__(self, scene: Scene, k: int, part: Part) -> None:
-        self.k, size, box = k, COMPARISON_LEVEL.size_mm, scene.box(k)
-        place = tuple(
-            slice(of.start + at.start, of.start + at.stop) for of, at in zip(box, part.box, strict=True)
-        )
-        others = scene.owned(k)
-        others[part.box] &= ~part.mask
-        self.rest = scene.body_of(k, box, others, size)
-        body = scene.body_of(k, place, part.mask, size)
-        self.points = body_points(body, POINTS)
-        self.body = Body(body.voxels, body.affine, self.points.mean(axis=0))
-
-    def apart(self, problem: RigidProblem, state: State) -> tuple[RigidProblem, State]:
-        """The same with the part as one more body, the last, and the structure without it."""
-        bodies = [*problem.bodies, self.body]
-        bodies[self.k] = self.rest
-        return replace(problem, bodies=bodies), State(
-            np.r_[state.poses, state.poses[[self.k]]], state.corrections
-        )
-
-    def shift_mm(self, camera: Camera, before: np.ndarray, after: np.ndarray) -> float:
-        """How far poses (4, 4), fixed to moving, are apart across the beam."""
-        first, second = (
-            self.points @ inverse[:3, :3].T + inverse[:3, 3]
-            for inverse in map(rigid_inverse, (before, after))
-        )
-        pixels = np.linalg.norm(camera.project(second) - camera.project(first), axis=1)
-        return float(pixels.mean()) * pixel_size_mm(camera, first.mean(axis=0))
+def _body(scene: Scene, k: int, part: Part) -> Body:
+    """A part of structure k, about its own centre."""
+    box = tuple(
+        slice(of.start + at.start, of.start + at.stop) for of, at in zip(scene.box(k), part.box, strict=True)
+    )
+    body = scene.body_of(k, box, part.mask, COMPARISON_LEVEL.size_mm)
+    return replace(body, centre=body_points(body, POINTS).mean(axis=0))
 
 
-def _agreement(bone: _UnitedBone, problem: RigidProblem, state: State, label: int | None) -> PartAgreement:
-    """Of a bone, with the views of a problem without free cameras."""
-    problem, state = bone.apart(problem, state)
-    last = len(problem.bodies) - 1
-    pose, support = state.poses[last], _support(problem, state)
+def _agreement(problem: RigidProblem, state: State, k: int, bone: Body, label: int | None) -> PartAgreement:
+    """Of a bone of structure k, in a problem without free cameras."""
+    pose = state.poses[k]
+    alone = replace(
+        problem,
+        bodies=[bone],
+        views=[_view_without(problem, state, n, pose, bone) for n in range(len(problem.views))],
+    )
+    there = State.of_poses(pose[None], len(alone.views))
+    support = _support(alone, there)
     starts = [pose] if (support >= PLAIN).any() else [pose, *(pose @ shift for shift in _SHIFTS)]
-    found = best_of(problem, state, last, starts, ITERATIONS)
+    found = best_of(alone, there, 0, starts, ITERATIONS)
     found = pose if found is None else found
-    shifts = [bone.shift_mm(view.camera, pose, found) for view in problem.views]
-    return PartAgreement(label, support, _support(problem, state.with_pose(last, found)), max(shifts))
+    shifts = [_shift_mm(bone, view.camera, pose, found) for view in alone.views]
+    return PartAgreement(label, support, _support(alone, there.with_pose(0, found)), max(shifts))
 
 
-def _support(problem: RigidProblem, state: State) -> np.ndarray:
-    """(N,) support of the last body by the views, NaN where it hardly shows."""
-    support = np.full(len(problem.views), np.nan)
-    for n, view in enumerate(problem.views):
-        image, parts = problem.render(state, n)
-        shown = shown_in(view, image, view.contrast.normalise(image).values, parts[-1])
+def _view_without(problem: RigidProblem, state: State, n: int, pose: np.ndarray, bone: Body) -> View:
+    """A view with everything but a bone, which moves with a structure of this pose (4, 4), in its static image."""
+    view = problem.views[n]
+    static, _ = problem.render(state, n)
+    part = project_body(bone, view.camera, pose, problem.step_mm, problem.backend)
+    static[part.slices] -= part.image
+    return replace(view, static=static)
+
+
+def _support(alone: RigidProblem, state: State) -> np.ndarray:
+    """(N,) support of the one bone of a problem by its views, NaN where it hardly shows."""
+    support = np.full(len(alone.views), np.nan)
+    for n, view in enumerate(alone.views):
+        image, (part,) = alone.render(state, n)
+        shown = shown_in(view, image, view.contrast.normalise(image).values, part)
         if shown is not None:
             support[n], _ = shown.support_and_contrast()
     return support
+
+
+def _shift_mm(bone: Body, camera: Camera, before: np.ndarray, after: np.ndarray) -> float:
+    """How far poses (4, 4), fixed to moving, are apart across the beam, the mean over a bone's voxels."""
+    points = body_points(bone, POINTS)
+    first, second = (
+        points @ inverse[:3, :3].T + inverse[:3, 3] for inverse in map(rigid_inverse, (before, after))
+    )
+    pixels = np.linalg.norm(camera.project(second) - camera.project(first), axis=1)
+    return float(pixels.mean()) * pixel_size_mm(camera, first.mean(axis=0))
