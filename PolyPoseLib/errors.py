@@ -2,7 +2,7 @@
 
 import difflib
 import errno
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 LONGEST_SENTENCE = 2000
@@ -101,6 +101,11 @@ def shown(value: Any) -> str:
     except ValueError:  # Python refuses to write whole numbers of thousands of digits
         return "a number of very many digits"
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a sentence, the last one after "and"."""
+    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:

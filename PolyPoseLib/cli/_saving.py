@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PolyPoseLib.data.result import Result
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, listed
 from PolyPoseLib.io.results import save_result, save_summary
 
 if TYPE_CHECKING:
@@ -79,14 +79,9 @@ def _save_without_large_files(result: Result, folder: Path) -> str:
                 save_summary(result, place, picture)
             except (InputError, OSError):
                 continue
-            names = _listed(sorted(each.name for each in place.iterdir()))
+            names = listed(sorted(each.name for each in place.iterdir()))
             return f"Without the volumes, the result was saved in {place} ({names})."
     return "Not even the motions could be saved."
-
-
-def _listed(names: list[str]) -> str:
-    """Names in a sentence, the last one after "and"."""
-    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
 
 
 def _free_name(parent: Path, name: str) -> Path:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from PolyPoseLib.data.view_names import label_of
-from PolyPoseLib.registration.bones.agreement import Agreement
+from PolyPoseLib.errors import listed
+from PolyPoseLib.registration.bones.agreement import Agreement, PartAgreement
 from PolyPoseLib.registration.bones.rows import Break
 from PolyPoseLib.registration.bones.visibility import Visibility
 from PolyPoseLib.registration.scene import Scene
@@ -129,18 +130,31 @@ def united_warnings(scene: Scene, evidence: Evidence) -> list[str]:
 
 def _parts_off(evidence: Evidence, k: int) -> str:
     """Which bones of a structure are not where its pose puts them."""
-    off, total = evidence.agreement.parts_off(k), len(evidence.agreement.parts[k])
-    labels = sorted({part.label for part in off if part.label is not None})
-    if labels:
-        names = evidence.label_names
-        which = " and ".join(f'"{names[n]}"' if n in names else f"label {n}" for n in labels)
-    else:
-        which = f"{'one' if len(off) == 1 else len(off)} of its {total} separate parts"
-    there = f"where the structure's pose puts {'it' if len(off) == 1 else 'them'}"
-    if all(part.shows_elsewhere for part in off):
-        shift_mm = max(part.shift_mm for part in off) / evidence.magnification
-        return f"the X-rays show {which} up to {shift_mm:.0f} mm from {there}"
-    return f"no X-ray shows {which} {there}"
+    off = evidence.agreement.parts_off(k)
+    elsewhere = [part for part in off if part.shows_elsewhere]
+    nowhere = [part for part in off if not part.shows_elsewhere]
+    clauses = []
+    if elsewhere:
+        least_mm = min(part.shift_mm for part in elsewhere) / evidence.magnification
+        which, them = _these_parts(evidence, k, elsewhere)
+        clauses.append(
+            f"the X-rays show {which} {least_mm:.0f} mm or more from where the structure's pose puts {them}"
+        )
+    if nowhere:
+        which, them = _these_parts(evidence, k, nowhere)
+        clauses.append(f"no X-ray shows {which} where the structure's pose puts {them}")
+    return ", and ".join(clauses)
+
+
+def _these_parts(evidence: Evidence, k: int, parts: Sequence[PartAgreement]) -> tuple[str, str]:
+    """What some parts of a structure are called, and the pronoun for them."""
+    labels = sorted({part.label for part in parts if part.label is not None})
+    them = "it" if len(labels or parts) == 1 else "them"
+    if not labels:
+        total = len(evidence.agreement.parts[k])
+        return f"{'one' if len(parts) == 1 else len(parts)} of its {total} separate parts", them
+    names = evidence.label_names
+    return listed([f'"{names[n]}"' if n in names else f"label {n}" for n in labels]), them
 
 
 def reasons_against_most(scene: Scene, evidence: Evidence) -> list[str]:
@@ -233,9 +247,9 @@ def _causes(scene: Scene, evidence: Evidence, k: int) -> Iterator[str]:
 
 def _others(scene: Scene, apart: Break, k: int) -> str:
     """The bones that slipped with another."""
-    return " and ".join(f'"{scene.names[other]}"' for other in apart.slipped if other != k)
+    return listed([f'"{scene.names[other]}"' for other in apart.slipped if other != k])
 
 
 def _those(names: Sequence[str], which: np.ndarray) -> str:
     """The X-rays whose flag in ``which`` (N,) is set."""
-    return " and ".join(label_of(name) for name, each in zip(names, which, strict=True) if each)
+    return listed([label_of(name) for name, each in zip(names, which, strict=True) if each])

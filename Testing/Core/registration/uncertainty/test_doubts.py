@@ -163,12 +163,20 @@ def parts(*off: tuple[int | None, float]) -> list[PartAgreement]:
 @pytest.mark.parametrize(
     ("off", "words"),
     [
-        ([(7, 8.0)], 'the X-rays show "tibia" up to {} mm from where the structure\'s pose puts it'),
+        ([(7, 8.0)], 'the X-rays show "tibia" {} mm or more from where the structure\'s pose puts it'),
         ([(9, 0.0)], "no X-ray shows label 9 where the structure's pose puts it"),
-        ([(7, 8.0), (9, 0.0)], 'no X-ray shows "tibia" and label 9 where the structure\'s pose puts them'),
+        (
+            [(7, 8.0), (9, 0.0)],
+            'the X-rays show "tibia" {} mm or more from where the structure\'s pose puts it, and '
+            "no X-ray shows label 9 where the structure's pose puts it",
+        ),
+        (
+            [(9, 12.0), (7, 8.0), (8, 20.0)],
+            'the X-rays show "tibia", label 8 and label 9 {} mm or more from where the structure\'s pose puts them',
+        ),
         (
             [(None, 8.0)],
-            "the X-rays show one of its 2 separate parts up to {} mm from where the structure's pose puts it",
+            "the X-rays show one of its 2 separate parts {} mm or more from where the structure's pose puts it",
         ),
     ],
 )
