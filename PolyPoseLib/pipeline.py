@@ -62,7 +62,11 @@ from PolyPoseLib.registration.uncertainty.doubts import (
     united_warnings,
     unseen_warnings,
 )
-from PolyPoseLib.registration.uncertainty.intervals import structure_uncertainties, systematic_error
+from PolyPoseLib.registration.uncertainty.intervals import (
+    structure_uncertainties,
+    systematic_error,
+    widened_where_united,
+)
 from PolyPoseLib.registration.uncertainty.shrinkage import likeliest_poses
 from PolyPoseLib.rendering.select import device_of, must_compile, select_backend, torch_device_of
 
@@ -149,6 +153,7 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
             )
             if preset.shrinks:
                 joint = joint.with_poses(likeliest_poses(joint, covariance, uncertainties, inconsistent))
+            uncertainties = widened_where_united(uncertainties, agreement)
     with monitor.timed("scoring"):
         after = score_views(run, final, joint.poses)
     evidence = Evidence(

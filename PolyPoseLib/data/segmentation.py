@@ -101,10 +101,9 @@ class Segmentation:
         return any(name in (segment.name, segment.identifier) for segment in self.segments)
 
     def label_names(self, table: Mapping[int, str]) -> dict[int, str]:
-        """Names of the first layer's labels: those of its segments, or a table's where there are none."""
-        if not self.segments:
-            return dict(table)
-        return {segment.label: segment.name for segment in self.segments if segment.layer == 0}
+        """Names of the first layer's labels: a table's where they are numbers, otherwise those of segments."""
+        own = {segment.label: segment.name for segment in self.segments if segment.layer == 0}
+        return {**own, **table} if self.numbered else own
 
     def find(self, label: int | str, structure: str) -> tuple[int, int]:
         """Where the voxels of a label are.

@@ -11,6 +11,7 @@ import numpy as np
 
 from PolyPoseLib.data.hounsfield import impossible_highest_value, impossible_size
 from PolyPoseLib.data.options import Options
+from PolyPoseLib.data.segmentation import whole_numbers
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.data.volume import Volume
@@ -46,11 +47,11 @@ class Study:
     source_segmentation : Volume or None
         The whole label map on the CT's grid, which is warped with the CT; None when the segmentation has overlapping
         layers, which one label map cannot hold.
-    label_names : mapping of int to str
-        Names of that label map's labels as far as they are known, for messages.
     initial_poses : dict of str to (4, 4) array
         Where structures are started, fixed to moving, LPS mm, as :class:`PolyPoseLib.data.result.StructureResult` has
         them; they are fitted from there without restarts. The others start where the CT has them.
+    label_names : mapping of int to str
+        Names of the source segmentation's labels as far as they are known, for messages.
 
     Raises
     ------
@@ -66,8 +67,8 @@ class Study:
     options: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     source_segmentation: Volume | None = None
-    label_names: Mapping[int, str] = field(default_factory=dict)
     initial_poses: Mapping[str, np.ndarray] = field(default_factory=dict)
+    label_names: Mapping[int, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check that the parts fit together; raises InputError."""
@@ -96,6 +97,9 @@ class Study:
             raise InputError(
                 "The source segmentation is on another grid than the CT: resample it onto the CT's."
             )
+        if self.source_segmentation is not None and self.source_segmentation.voxels.dtype.kind not in "iu":
+            whole = whole_numbers(self.source_segmentation, "The source segmentation")
+            object.__setattr__(self, "source_segmentation", whole)
         options = self.options
         preset = Options.from_dict(options).preset
         object.__setattr__(

@@ -120,13 +120,15 @@ def block_mean(voxels: np.ndarray, factors: tuple[int, int, int], outside: float
 
 def block_centres(labels: np.ndarray, factors: tuple[int, int, int]) -> np.ndarray:
     """The label of the voxel in each block's middle."""
-    fi, fj, fk = factors
-    depth, height, width = (-(-n // f) for n, f in zip(labels.shape, (fk, fj, fi), strict=True))
-    index = [
-        np.minimum(np.arange(n) * f + f // 2, size - 1)
-        for n, f, size in zip((depth, height, width), (fk, fj, fi), labels.shape, strict=True)
+    return labels[np.ix_(*block_centre_indices(labels.shape, factors))]
+
+
+def block_centre_indices(shape: tuple[int, ...], factors: tuple[int, int, int]) -> list[np.ndarray]:
+    """Index of each block's middle voxel along (k, j, i); factors: of the blocks along (i, j, k)."""
+    return [
+        np.minimum(np.arange(-(-size // f)) * f + f // 2, size - 1)
+        for size, f in zip(shape, reversed(factors), strict=True)
     ]
-    return labels[np.ix_(*index)]
 
 
 def require_grid(affine: np.ndarray, what: str) -> None:

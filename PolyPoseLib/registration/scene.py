@@ -7,7 +7,14 @@ from scipy.ndimage import find_objects
 
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import AIR_HU, Volume, hounsfield_to_attenuation
-from PolyPoseLib.geometry.grid import Grid, block_centres, block_factors, block_mean, coarsened_affine
+from PolyPoseLib.geometry.grid import (
+    Grid,
+    block_centre_indices,
+    block_centres,
+    block_factors,
+    block_mean,
+    coarsened_affine,
+)
 from PolyPoseLib.registration.articulations import bone_clouds, find_articulations
 from PolyPoseLib.registration.companions import find_companions
 from PolyPoseLib.rendering.rigid import Body
@@ -126,9 +133,10 @@ class Scene:
         """Which working voxels in a structure's box are the structure's, bool (k, j, i)."""
         return self.owners[self.box(number)] == number + 1
 
-    def working_labels(self, labels: np.ndarray) -> np.ndarray:
-        """Labels on the CT's grid at the working voxels."""
-        return block_centres(labels, self._factors)
+    def working_labels(self, labels: np.ndarray, number: int) -> np.ndarray:
+        """Labels on the CT's grid at the working voxels (k, j, i) of a structure's box."""
+        centres = block_centre_indices(labels.shape, self._factors)
+        return labels[np.ix_(*(index[side] for index, side in zip(centres, self.box(number), strict=True)))]
 
     def body_of(self, number: int, box: tuple[slice, ...], voxels: np.ndarray, voxel_mm: float) -> Body:
         """Some voxels of a structure, bool in a box (k, j, i) of working voxels, as a body about its centre."""

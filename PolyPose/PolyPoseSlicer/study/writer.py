@@ -193,7 +193,7 @@ def _segment_fields(study: StudyData) -> dict[str, str]:
     fields = {}
     for n, name in enumerate(study.segment_names):
         fields[f"Segment{n}_ID"] = study.segment_ids[n]
-        fields[f"Segment{n}_Name"] = name or study.segment_ids[n]
+        fields[f"Segment{n}_Name"] = name if name.strip() else study.segment_ids[n]
         fields[f"Segment{n}_LabelValue"] = str(n + 1)
         fields[f"Segment{n}_Layer"] = "0"
     # A line break would end a field of the header.

@@ -17,7 +17,7 @@ import numpy as np
 from PolyPoseLib.registration.fit.levels import COMPARISON_LEVEL, Observation
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
 from PolyPoseLib.registration.fit.views import LevelViews
-from PolyPoseLib.registration.fit.weighting import dilated, mark_shown, reliability
+from PolyPoseLib.registration.fit.weighting import VISIBLE_LINE_INTEGRAL, dilated, mark_shown, reliability
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.rendering.rigid import BodyProjection
 
@@ -30,14 +30,20 @@ SUPPORTED = 0.5
 of wrong ones, see Testing/Benchmarks/degraded.py."""
 
 PART_SUPPORTED = 0.45
-"""Support up to which no X-ray shows one of several bones that move as one structure. In the best X-ray it is 0.5 and
-above of right ones (vertebrae, ribs, femurs, halves of a pelvis)."""
+"""The same for one of several bones that move as one structure, which has less of an edge of its own. In the best X-ray
+it is 0.5 and above of right vertebrae, ribs, femurs and halves of a pelvis."""
 
-APART_MM, CONVINCING = 3.0, 0.6
-"""Shift by which such a bone has moved against the others, and the support that it has there in some X-ray."""
+APART_MM, GAIN, CONVINCING = 3.0, 0.05, 0.6
+"""Shift by which such a bone has moved against the others, in the scene, how much more support it has there, and how
+much where there is no doubt. Right bones shift by up to 2.5 mm when they are fitted alone."""
+
+FAINT_SHARE = 0.4
+"""Share of a structure's projection that stands out, below which its label is not that of a bone. It is 0.55 and above
+of bones, thin ones and a CT clipped to soft tissue included, 0.1 to 0.38 of what is left of vertebrae 5 mm inside."""
 
 LEAST_PIXELS = 20
-"""A bone that shows in fewer pixels cannot be compared."""
+"""A bone that shows in fewer pixels cannot be compared. Of projections with less than twice as many the border is the
+larger part."""
 
 EDGE_PX = 2
 """Pixels around a bone's projection that count for its support: its edge is what places it."""
@@ -45,7 +51,7 @@ EDGE_PX = 2
 
 @dataclass(frozen=True)
 class PartAgreement:
-    """Of one of several bones that were united in a structure, with N X-rays.
+    """Of one of several bones that were united in a structure, with N X-rays, NaN where it hardly shows.
 
     Attributes
     ----------
@@ -53,26 +59,40 @@ class PartAgreement:
         Of the segmentation; None where one label holds several bones.
     support, refitted : (N,) ndarray
         As :class:`Agreement` holds it, where the structure's pose puts the bone and where it fits by itself.
-    shift_mm : float
-        How far the two are apart across the beam, in the X-ray in which it is most.
+    shifts_mm : (N,) ndarray
+        How far the two are apart across the beam.
 
     """
 
     label: int | None
     support: np.ndarray
     refitted: np.ndarray
-    shift_mm: float
+    shifts_mm: np.ndarray
+
+    @property
+    def moved(self) -> np.ndarray:
+        """(N,) bool, in which X-rays it fits better somewhere else."""
+        return np.asarray((self.shifts_mm > APART_MM) & (self.refitted - self.support >= GAIN))
+
+    @property
+    def shift_mm(self) -> float:
+        """The largest shift to where it fits better."""
+        return float(self.shifts_mm[self.moved].max(initial=0))
 
     @property
     def shows_elsewhere(self) -> bool:
         """Whether an X-ray shows it clearly, somewhere else than the structure's pose puts it."""
-        return self.shift_mm > APART_MM and bool((self.refitted >= CONVINCING).any())
+        return bool((self.moved & (self.refitted >= CONVINCING)).any())
 
     @property
     def is_off(self) -> bool:
-        """Whether it is somewhere else, or X-rays show it but none where the structure's pose puts it."""
-        shows = self.support[~np.isnan(self.support)]
-        return self.shows_elsewhere or (len(shows) > 0 and bool((shows < PART_SUPPORTED).all()))
+        """Whether an X-ray shows it elsewhere, or it fits better there and none shows it where it should be."""
+        return self.shows_elsewhere or bool(self.moved.any() and not (self.support >= PART_SUPPORTED).any())
+
+    @property
+    def is_right(self) -> bool:
+        """Whether an X-ray shows it where the structure's pose puts it, and none elsewhere."""
+        return not self.moved.any() and bool((self.support >= SUPPORTED).any())
 
 
 @dataclass(frozen=True)
@@ -87,6 +107,9 @@ class Agreement:
         Correlation of what the structure adds with what the X-ray lacks without it, in [-1, 1].
     contrast : (K, N) ndarray
         Mean square of what it adds, in variances of the local contrast.
+    shown_share : (K, N) ndarray
+        Share, 0 to 1, of a structure's projection in which it stands out; NaN where hardly any of that is in the
+        picture, or used of it.
     parts : mapping of int to sequence of PartAgreement
         Of structures that unite several bones, by index, where they were compared one by one.
 
@@ -95,6 +118,7 @@ class Agreement:
     residuals: np.ndarray
     support: np.ndarray
     contrast: np.ndarray
+    shown_share: np.ndarray
     parts: Mapping[int, Sequence[PartAgreement]] = field(default_factory=dict)
 
     @property
@@ -112,14 +136,23 @@ class Agreement:
         """(K,) bool, which structures some X-ray shows where they are, disturbed or not."""
         return np.asarray((self.support >= SUPPORTED).any(axis=1))
 
+    @property
+    def in_picture(self) -> np.ndarray:
+        """(K,) bool, which structures lie in the used part of some X-ray."""
+        return np.asarray(~np.isnan(self.shown_share).all(axis=1))
+
+    @property
+    def is_faint(self) -> np.ndarray:
+        """(K,) bool, which structures lie in X-rays and stand out in none as bones do."""
+        return np.asarray(self.in_picture & ~(self.shown_share >= FAINT_SHARE).any(axis=1))
+
     def parts_off(self, k: int) -> list[PartAgreement]:
-        """Bones united in a structure that are not where its pose puts them, while others are.
+        """Bones united in a structure that are not where its pose puts them, while another one is.
 
         Where none is, it is the structure that is off.
         """
         parts = self.parts.get(k, ())
-        off = [part for part in parts if part.is_off]
-        return off if len(off) < len(parts) else []
+        return [part for part in parts if part.is_off] if any(part.is_right for part in parts) else []
 
     @property
     def disputed(self) -> np.ndarray:
@@ -161,7 +194,11 @@ def agreement_in(problem: RigidProblem, state: State) -> Agreement:
     for k, n, shown in _shown_structures(problem, state):
         residuals[k, n] = shown.residual()
         support[k, n], contrast[k, n] = shown.support_and_contrast()
-    return Agreement(residuals, support, contrast)
+    shares = [
+        [_shown_share(view, part) for part in problem.project(state, n)]
+        for n, view in enumerate(problem.views)
+    ]
+    return Agreement(residuals, support, contrast, np.array(shares).T)
 
 
 def structure_residuals(run: Run, observations: Sequence[Observation], poses: np.ndarray) -> np.ndarray:
@@ -222,6 +259,16 @@ def shown_in(view: View, image: np.ndarray, normalised: np.ndarray, part: BodyPr
     mark_shown(shows, part)
     shows &= view.contrast.support > 0
     return Shown(view, image, normalised, part, shows) if shows.sum() >= LEAST_PIXELS else None
+
+
+def _shown_share(view: View, part: BodyProjection) -> float:
+    """Share of what a body covers in the used part of a view in which it stands out; NaN where it covers little."""
+    covered = part.image[(part.image != 0) & (view.contrast.support[part.slices] > 0)]
+    return (
+        float((np.abs(covered) > VISIBLE_LINE_INTEGRAL).mean())
+        if covered.size >= 2 * LEAST_PIXELS
+        else np.nan
+    )
 
 
 def _correlation(first: np.ndarray, second: np.ndarray, weights: np.ndarray) -> float:

@@ -11,10 +11,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import binary_erosion
 from scipy.spatial import KDTree
 
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.geometry.grid import block_factors
 from PolyPoseLib.geometry.rigid import perturbation, rigid_inverse
 from PolyPoseLib.registration.bones.agreement import Agreement, PartAgreement, agreement_in, posed, shown_in
 from PolyPoseLib.registration.bones.restarts import best_of
@@ -89,34 +91,39 @@ def _labels_by_structure(scene: Scene, segmentation: Volume | None) -> Iterator[
 
     A structure grew beyond its labels; there the nearest label counts.
     """
-    own = scene.working_labels(scene.structures.labels)
-    source = np.sign(own) if segmentation is None else scene.working_labels(segmentation.voxels)
     spacing = np.linalg.norm(scene.whole.affine[:3, :3], axis=0)[::-1]
     for k in range(len(scene.names)):
-        box, owned = scene.box(k), scene.owned(k)
-        labels = np.where(owned & (own[box] == k + 1), source[box], 0)
+        owned = labels = scene.owned(k)
+        if segmentation is not None:
+            own = scene.working_labels(scene.structures.labels, k) == k + 1
+            labels = np.where(owned & own, scene.working_labels(segmentation.voxels, k), 0)
         known = labels[labels > 0]
         if len(known) and (known != known[0]).any():
             grown = owned & (labels == 0)
             labels[grown] = labels[tuple(_nearest(labels > 0, grown, spacing).T)]
+            yield labels
         else:
-            labels = owned.astype(np.int32)
-        yield labels
+            yield owned.astype(np.int32)
 
 
 def _nearest(known: np.ndarray, wanted: np.ndarray, spacing: np.ndarray) -> np.ndarray:
     """(P, 3) index (k, j, i) of the known voxel nearest to each of the P wanted ones; spacing: mm along (k, j, i)."""
-    places = np.argwhere(known)
+    surface = known & ~np.asarray(binary_erosion(known), bool)  # the nearest one lies there
+    places = np.argwhere(surface)
     _, nearest = KDTree(places * spacing).query(np.argwhere(wanted) * spacing)
     return places[nearest]
 
 
 def _body(scene: Scene, k: int, part: Part) -> Body:
-    """A part of structure k, about its own centre."""
+    """A part of structure k, about its own centre, in the same blocks of voxels as the whole."""
+    size_mm = COMPARISON_LEVEL.size_mm
+    blocks = block_factors(scene.whole.affine, size_mm)[::-1]
+    before = [side.start % block for side, block in zip(part.box, blocks, strict=True)]
     box = tuple(
-        slice(of.start + at.start, of.start + at.stop) for of, at in zip(scene.box(k), part.box, strict=True)
+        slice(of.start + at.start - more, of.start + at.stop)
+        for of, at, more in zip(scene.box(k), part.box, before, strict=True)
     )
-    body = scene.body_of(k, box, part.mask, COMPARISON_LEVEL.size_mm)
+    body = scene.body_of(k, box, np.pad(part.mask, [(more, 0) for more in before]), size_mm)
     return replace(body, centre=body_points(body, POINTS).mean(axis=0))
 
 
@@ -134,7 +141,7 @@ def _agreement(problem: RigidProblem, state: State, k: int, bone: Body, label: i
     found = best_of(alone, there, 0, starts, ITERATIONS)
     found = pose if found is None else found
     shifts = [_shift_mm(bone, view.camera, pose, found) for view in alone.views]
-    return PartAgreement(label, support, _support(alone, there.with_pose(0, found)), max(shifts))
+    return PartAgreement(label, support, _support(alone, there.with_pose(0, found)), np.array(shifts))
 
 
 def _view_without(problem: RigidProblem, state: State, n: int, pose: np.ndarray, bone: Body) -> View:

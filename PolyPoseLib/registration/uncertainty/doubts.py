@@ -24,8 +24,7 @@ OUTSIDE, HIDDEN, CLIPPED = 0.25, 0.1, 0.25
 FAINT = 0.03
 """Contrast of a structure, in variances of the X-ray's local contrast, below which it stands out little."""
 
-LEAST_SHOWN = 0.5
-"""Share of a structure in the picture of an X-ray, and not behind metal, from which on it ought to stand out there."""
+FAINT_LABEL = "it hardly stands out in the X-rays, as marrow without its cortex"
 
 LEAST_RIVAL_MM = 2.0
 """Other places nearer than that are the same one."""
@@ -65,17 +64,6 @@ class Evidence:
     breaks: Sequence[Break] = ()
     label_names: Mapping[int, str] = field(default_factory=dict)
 
-    @property
-    def in_picture(self) -> np.ndarray:
-        """(K,) bool, which structures some X-ray ought to show."""
-        shown = 1 - self.visibility.outside - self.visibility.hidden
-        return np.asarray((shown >= LEAST_SHOWN).any(axis=1))
-
-    @property
-    def stands_out(self) -> np.ndarray:
-        """(K,) bool, which structures some X-ray shows at all."""
-        return np.asarray(~np.isnan(self.agreement.residuals).all(axis=1))
-
 
 def doubts_about(scene: Scene, evidence: Evidence) -> dict[int, tuple[str, ...]]:
     """Reasons to doubt poses.
@@ -99,50 +87,46 @@ def doubts_about(scene: Scene, evidence: Evidence) -> dict[int, tuple[str, ...]]
     contradicted = agreement.contradicted
     doubts: dict[int, tuple[str, ...]] = {}
     if agreement.parts_off(scene.anchor):
-        doubts[scene.anchor] = (_parts_off(evidence, scene.anchor),)
+        doubts[scene.anchor] = (_parts_off(scene, evidence, scene.anchor),)
     for k in scene.moving:
-        if not evidence.stands_out[k]:
-            says = (
-                "it lies in the X-rays but stands out in none"
-                if evidence.in_picture[k]
-                else "it shows in no X-ray"
-            )
-            doubts[k] = (says,)
+        if np.isnan(agreement.residuals[k]).all():
+            doubts[k] = (FAINT_LABEL if agreement.is_faint[k] else "it shows in no X-ray",)
         elif k in inconsistent:
             against = _those(evidence.names, contradicted[k])
             doubts[k] = (f"its rendering does not match {against}", *_causes(scene, evidence, k))
         elif k in evidence.uncertainties and evidence.uncertainties[k].widest_mm > WIDE_MM:
             doubts[k] = tuple(_causes(scene, evidence, k)) or ("the X-rays determine its pose weakly",)
+        elif agreement.is_faint[k]:
+            doubts[k] = (FAINT_LABEL,)
         elif agreement.parts_off(k):
-            doubts[k] = (_parts_off(evidence, k),)
+            doubts[k] = (_parts_off(scene, evidence, k),)
     return doubts
 
 
 def united_warnings(scene: Scene, evidence: Evidence) -> list[str]:
     """Warnings about structures that unite bones which moved against each other."""
     return [
-        f'"{name}" seems to unite bones that moved against each other: {_parts_off(evidence, k)}. Give '
+        f'"{name}" seems to unite bones that moved against each other: {_parts_off(scene, evidence, k)}. Give '
         "each bone a structure of its own."
         for k, name in enumerate(scene.names)
         if evidence.agreement.parts_off(k)
     ]
 
 
-def _parts_off(evidence: Evidence, k: int) -> str:
+def _parts_off(scene: Scene, evidence: Evidence, k: int) -> str:
     """Which bones of a structure are not where its pose puts them."""
     off = evidence.agreement.parts_off(k)
     elsewhere = [part for part in off if part.shows_elsewhere]
     nowhere = [part for part in off if not part.shows_elsewhere]
+    there = "where the CT has {}" if k == scene.anchor else "where the structure's pose puts {}"
     clauses = []
     if elsewhere:
-        least_mm = min(part.shift_mm for part in elsewhere) / evidence.magnification
         which, them = _these_parts(evidence, k, elsewhere)
-        clauses.append(
-            f"the X-rays show {which} {least_mm:.0f} mm or more from where the structure's pose puts {them}"
-        )
+        least_mm = min(part.shift_mm for part in elsewhere) / evidence.magnification
+        clauses.append(f"the X-rays show {which} {least_mm:.2g} mm or more from {there.format(them)}")
     if nowhere:
         which, them = _these_parts(evidence, k, nowhere)
-        clauses.append(f"no X-ray shows {which} where the structure's pose puts {them}")
+        clauses.append(f"no X-ray shows {which} {there.format(them)}")
     return ", and ".join(clauses)
 
 
@@ -158,42 +142,43 @@ def _these_parts(evidence: Evidence, k: int, parts: Sequence[PartAgreement]) -> 
 
 
 def reasons_against_most(scene: Scene, evidence: Evidence) -> list[str]:
-    """A reason for distrust where no X-ray shows more than half of the structures that may move where they are.
+    """A reason for distrust where X-rays contradict, or do not show, more than half of the structures that may move.
 
-    Those that lie in no picture do not count.
+    Those that lie in no X-ray do not count.
     """
     agreement, inconsistent = evidence.agreement, evidence.agreement.inconsistent(scene.anchor)
-    moving = [k for k in scene.moving if evidence.in_picture[k] or k in inconsistent]
-    against = [k for k in moving if k in inconsistent or not agreement.is_clear[k]]
-    if 2 * len(against) <= len(moving):
+    moving = [k for k in scene.moving if agreement.in_picture[k] or k in inconsistent]
+    faint = [k for k in moving if agreement.is_faint[k]]
+    against = [k for k in inconsistent if k not in faint]
+    if 2 * len(faint + against) <= len(moving):
         return []
-    poses = (
-        "pose of the only structure that may move"
-        if len(moving) == 1
-        else f"poses of {len(against)} of {len(moving)} structures"
-    )
-    verb = "contradict" if set(inconsistent) & set(against) else "do not bear out"
-    unseen = sum(not evidence.stands_out[k] for k in against)
-    if unseen:
-        some = "" if unseen == len(against) else f"{unseen} of "
-        return [
-            f"The X-rays {verb} the {poses}, {some}which stand out in none: check that each label covers a whole bone, "
-            "with its cortex, and that CT, labels and X-rays belong together."
-        ]
-    return [
-        f"The X-rays {verb} the {poses}: check the cameras, and whether CT, labels and X-rays belong together."
-    ]
+    said, checks = [], []
+    if against:
+        poses = (
+            "pose of the only structure that may move and that they show"
+            if len(moving) == 1
+            else f"poses of {len(against)} of {len(moving)} structures"
+        )
+        said.append(f"contradict the {poses}")
+        checks.append("the cameras")
+    if faint:
+        said.append(f"hardly show {len(faint)} of {len(moving)} structures that lie in them")
+        checks.append("that each label covers a whole bone, with its cortex")
+    checks.append("whether CT, labels and X-rays belong together")
+    return [f"The X-rays {listed(said)}: check {listed(checks)}."]
 
 
 def unseen_warnings(scene: Scene, evidence: Evidence) -> list[str]:
-    """Warnings about structures that stand out in no X-ray, whether they lie in one or not."""
+    """Warnings about structures that show in no X-ray, or do not stand out as bones do."""
+    agreement = evidence.agreement
+    unseen = np.asarray(np.isnan(agreement.residuals).all(axis=1))
     return [
-        f'The structure "{name}" lies in the X-rays but stands out in none: its pose is an estimate with a wide '
+        f'The structure "{name}" hardly stands out in the X-rays in which it lies: its pose is an estimate with a wide '
         "uncertainty. Check that its label covers the whole bone, with its cortex."
-        if evidence.in_picture[k]
+        if agreement.is_faint[k]
         else f'The structure "{name}" shows in no X-ray: its pose is an estimate with a wide uncertainty.'
         for k, name in enumerate(scene.names)
-        if not evidence.stands_out[k]
+        if unseen[k] or agreement.is_faint[k]
     ]
 
 
@@ -237,7 +222,7 @@ def _causes(scene: Scene, evidence: Evidence, k: int) -> Iterator[str]:
     if not agreement.is_clear[k]:
         yield "no X-ray shows it clearly"
     if agreement.parts_off(k):
-        yield _parts_off(evidence, k)
+        yield _parts_off(scene, evidence, k)
     shows = ~np.isnan(agreement.contrast[k])
     if shows.sum() == 1:
         yield f"only {_those(evidence.names, shows)} shows it"

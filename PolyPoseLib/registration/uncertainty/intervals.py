@@ -26,8 +26,8 @@ the radius; with 0.02, 3 of 16 bones of three pelvises and a chest were outside 
 0.025 one of 30 of three pelvises and three chests, by 3 %, see Testing/Benchmarks/degraded.py."""
 
 UNCONFIRMED_DEG, UNCONFIRMED_MM = 7.0, 5.0
-"""Standard deviations of a bone that no X-ray shows clearly, of a structure that unites bones one of which none shows
-clearly, and along the beam of the one X-ray that shows a bone, where another contradicts it."""
+"""Standard deviations of a bone that no X-ray shows clearly, of a structure that unites bones which moved against each
+other, and along the beam of the one X-ray that shows a bone, where another contradicts it."""
 
 HIDDEN_SHARE = 0.4
 """Share behind metal at which a bone is as uncertain as one that no X-ray shows clearly."""
@@ -81,7 +81,7 @@ def structure_uncertainties(
     for k, each in widened_by_local_minima(joint.problem, joint.state, consistent, step).items():
         contrast = agreement.contrast[k]
         stated[k] = each if np.isnan(contrast).all() else each.at_contrast(float(np.nanmean(contrast)))
-        if not agreement.is_clear[k] or agreement.parts_off(k):
+        if not agreement.is_clear[k]:
             stated[k] = stated[k].with_error(PoseUncertainty.independent(UNCONFIRMED_DEG, UNCONFIRMED_MM))
         in_fixed = (rigid_inverse(joint.poses[k]) @ np.append(run.scene.centres[k], 1.0))[:3]
         beside = run.soft_tissue.motion_around(in_fixed)
@@ -95,6 +95,19 @@ def structure_uncertainties(
             beam = _beam(joint.cameras[supporting[0]], joint.poses[k], run.scene.centres[k])
             stated[k] = stated[k].with_error(PoseUncertainty.shift_along(beam, UNCONFIRMED_MM))
     return {k: each if systematic is None else each.with_error(systematic) for k, each in stated.items()}
+
+
+def widened_where_united(
+    uncertainties: dict[int, PoseUncertainty], agreement: Agreement
+) -> dict[int, PoseUncertainty]:
+    """Uncertainties that allow for bones which moved against the structure that unites them.
+
+    They are for stating alone: the structure's pose is where most of it is, and must not be shrunk for it.
+    """
+    error = PoseUncertainty.independent(UNCONFIRMED_DEG, UNCONFIRMED_MM)
+    return {
+        k: each.with_error(error) if agreement.parts_off(k) else each for k, each in uncertainties.items()
+    }
 
 
 def error_beside_soft_motion(moved_mm: float) -> PoseUncertainty:

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from phantom_study import NAMES, case
 from quiet_run import quiet_run
+from scipy.ndimage import binary_dilation, label
 
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume
@@ -38,10 +39,25 @@ class Known:
             for image, camera in zip(self.case.images, self.case.cameras, strict=True)
         ]
 
-    def agreement(self, structures: Structures, poses: list[np.ndarray], source: Volume | None) -> Agreement:
+    def agreement(self, structures, poses, source, observations=None) -> Agreement:
         """Of structures at poses."""
         run = quiet_run(Scene(self.case.ct, structures, "pelvis"), rotation_reach_mm=40.0)
-        return agreement_by_parts(run, self.observations, np.stack(poses), source)
+        return agreement_by_parts(run, observations or self.observations, np.stack(poses), source)
+
+    @property
+    def true_poses(self) -> list[np.ndarray]:
+        """Of the single bones."""
+        return [self.case.fixed_to_moving[name] for name in NAMES]
+
+    @property
+    def halves(self) -> Volume:
+        """A label map in which both halves of every bone have a label of their own."""
+        labels = self.source.voxels
+        half = np.zeros_like(labels)
+        for number in (1, 2, 3):
+            bone = labels == number
+            half[: int(np.median(np.nonzero(bone)[0]))] |= bone[: int(np.median(np.nonzero(bone)[0]))]
+        return Volume(labels + 3 * half, self.source.affine)
 
     def study(self, options: dict):
         """In which the femur and the vertebra are one structure."""
@@ -77,17 +93,66 @@ def test_a_bone_that_moved_otherwise_is_off_by_as_much_as_it_did(known, seed, se
         assert 0.5 * moved < off.shift_mm < 1.2 * moved
 
 
+def nothing_off(agreement: Agreement) -> bool:
+    """Whether every bone is where its structure's pose puts it, and halves were compared at all."""
+    assert all(len(agreement.parts[k]) == 2 for k in range(len(NAMES)))
+    return not any(agreement.parts_off(k) for k in range(len(NAMES)))
+
+
+@pytest.mark.parametrize(("views", "noise"), [(1, 0.0), (1, 0.05), (2, 0.0), (2, 0.05), (2, 0.1)])
 @pytest.mark.parametrize("seed", SEEDS)
-def test_bones_at_their_places_are_not_off(known, seed):
-    """Halves of every bone, each with a label of its own."""
+def test_halves_of_bones_at_their_places_are_not_off(known, seed, noise, views):
+    """Noise: standard deviation of the line integral in a pixel."""
+    this, rng = known[seed], np.random.default_rng(seed)
+    noisy = [
+        replace(each, image=(each.image + noise * rng.normal(size=each.image.shape)).astype(np.float32))
+        for each in this.observations[:views]
+    ]
+    assert nothing_off(this.agreement(this.case.structures, this.true_poses, this.halves, noisy))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("number", [4, 5, 6])
+def test_half_a_bone_that_one_x_ray_alone_shows_is_not_off_along_its_beam(known, seed, number):
     this = known[seed]
-    halves = this.source.voxels + 3 * (np.arange(this.source.shape[1]) % 40 < 20)[:, None].astype(np.int16)
-    split = Volume(np.where(this.source.voxels > 0, halves, 0), this.source.affine)
-    poses = [this.case.fixed_to_moving[name] for name in NAMES]
-    agreement = this.agreement(this.case.structures, poses, split)
-    assert any(len(parts) > 1 for parts in agreement.parts.values())
-    for k in range(len(NAMES)):
-        assert agreement.parts_off(k) == []
+    first, second = this.observations
+    index = np.argwhere(this.halves.voxels == number)[:, ::-1]
+    points = np.c_[index, np.ones(len(index))] @ this.source.affine.T
+    fixed = points @ np.linalg.inv(this.true_poses[number - 4]).T
+    column, row = np.rint(second.camera.project(fixed[:, :3])).astype(int).T
+    shows = np.zeros(second.mask.shape, bool)
+    inside = (row >= 0) & (row < shows.shape[0]) & (column >= 0) & (column < shows.shape[1])
+    shows[row[inside], column[inside]] = True
+    hidden = replace(second, mask=second.mask & ~binary_dilation(shows, iterations=4))
+    assert nothing_off(this.agreement(this.case.structures, this.true_poses, this.halves, [first, hidden]))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_order_of_the_x_rays_does_not_matter(known, seed):
+    this = known[seed]
+    poses = [np.eye(4), this.case.fixed_to_moving[NAMES[VERTEBRA - 1]]]
+    one, other = (
+        this.agreement(this.united, poses, this.source, order)
+        for order in (this.observations, this.observations[::-1])
+    )
+    for a, b in zip(one.parts[UNITED], other.parts[UNITED], strict=True):
+        assert a.is_off == b.is_off
+        np.testing.assert_allclose(a.shifts_mm, b.shifts_mm[::-1], atol=0.2)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_voxels_without_a_label_belong_to_the_nearest(known, seed):
+    """As where a structure grew beyond its labels."""
+    this, rng = known[seed], np.random.default_rng(seed)
+    holes = np.where(rng.random(this.source.voxels.shape) < 0.3, 0, this.source.voxels)
+    pose = this.case.fixed_to_moving[NAMES[VERTEBRA - 1]]
+    whole, holed = (
+        this.agreement(this.united, [np.eye(4), pose], Volume(labels, this.source.affine)).parts[UNITED]
+        for labels in (this.source.voxels, holes.astype(np.int16))
+    )
+    assert [part.label for part in whole] == [part.label for part in holed]
+    for a, b in zip(whole, holed, strict=True):
+        np.testing.assert_allclose(a.support, b.support, atol=0.02)
 
 
 @pytest.mark.parametrize("seed", [0, 3])
@@ -100,9 +165,19 @@ def test_a_registration_says_which_structure_unites_bones_that_moved_apart(known
     assert known[seed].apart_mm(FEMUR, united.fixed_to_moving) > APART_MM
 
 
-def test_a_registration_of_single_bones_says_nothing_of_parts(known):
-    result = register(case_to_study(known[0].case, {"preset": "fast"}, camera="known"))
+def test_a_registration_of_single_bones_says_nothing_of_their_halves(known):
+    whole = case_to_study(known[0].case, {"preset": "fast"}, camera="known")
+    result = register(replace(whole, source_segmentation=known[0].halves))
     assert not any("unite" in line for line in result.warnings)
+
+
+def test_what_is_said_of_united_bones_widens_the_interval_and_moves_nothing(known, monkeypatch):
+    said = register(known[0].study({"preset": "fast"}))
+    monkeypatch.setattr(Agreement, "parts_off", lambda *_: [])
+    unsaid = register(known[0].study({"preset": "fast"}))
+    here, there = (each.structures["united"] for each in (said, unsaid))
+    np.testing.assert_array_equal(here.fixed_to_moving, there.fixed_to_moving)
+    assert here.uncertainty["along_mm"] > 2 * there.uncertainty["along_mm"]
 
 
 @given(st.integers(0, 10_000))
@@ -118,28 +193,48 @@ def test_large_parts_are_of_one_label_in_one_piece_and_large(seed):
         assert part.mask.sum() >= LEAST_SHARE * np.count_nonzero(labels)
         covered[part.box] += part.mask
     assert covered.max() <= 1
-    assert covered.any()
+    sizes = [
+        np.bincount(label(labels == number, np.ones((3, 3, 3)))[0].ravel())[1:]
+        for number in np.unique(labels)[1:]
+    ]
+    large = np.concatenate(sizes)
+    large = large[large >= LEAST_SHARE * np.count_nonzero(labels)]
+    assert covered.sum() == large.sum()
 
 
-CLEAR, UNCLEAR, UNSEEN = np.array([0.2, 0.8]), np.array([0.2, 0.3]), np.full(2, np.nan)
+CLEAR, UNCLEAR, BETTER, UNSEEN = ([0.2, 0.8], [0.2, 0.3], [0.4, 0.4], [np.nan, np.nan])
 
 
 @pytest.mark.parametrize(
-    ("support", "refitted", "shift_mm", "off"),
+    ("support", "refitted", "shifts_mm", "off"),
     [
-        (CLEAR, CLEAR, 1.0, False),
-        (CLEAR, CLEAR, 5.0, True),
-        (CLEAR, UNCLEAR, 5.0, False),
-        (UNCLEAR, UNCLEAR, 1.0, True),
-        (UNSEEN, UNSEEN, 5.0, False),
+        (CLEAR, CLEAR, [0.5, 1.0], False),
+        (UNCLEAR, CLEAR, [0.5, 5.0], True),
+        ([0.7, 0.5], [0.7, 0.7], [0.5, 5.0], True),
+        (
+            [0.2, 0.7],
+            [0.7, 0.7],
+            [1.0, 5.0],
+            False,
+        ),  # it fits better in one X-ray, and has moved in the other
+        (CLEAR, CLEAR, [0.5, 5.0], False),  # nothing is gained
+        (CLEAR, [0.4, 0.8], [5.0, 1.0], False),  # better, but it is clear where it is
+        (UNCLEAR, BETTER, [5.0, 1.0], True),
+        (UNCLEAR, BETTER, [1.0, 1.0], False),
+        (UNCLEAR, UNCLEAR, [5.0, 5.0], False),
+        ([0.7, np.nan], [0.7, 0.9], [1.0, 9.0], False),
+        ([0.7, 0.2], [0.7, 0.9], [1.0, np.nan], False),
+        (UNSEEN, UNSEEN, [5.0, 5.0], False),
     ],
 )
-def test_a_part_is_off_where_x_rays_show_it_elsewhere_or_not_where_it_should_be(
-    support, refitted, shift_mm, off
-):
-    assert PartAgreement(1, support, refitted, shift_mm).is_off == off
+def test_a_part_is_off_where_it_fits_better_elsewhere(support, refitted, shifts_mm, off):
+    part = PartAgreement(1, np.array(support), np.array(refitted), np.array(shifts_mm))
+    assert part.is_off == off
+    assert not (part.is_off and part.is_right)
 
 
-def test_a_structure_all_of_whose_bones_are_off_is_off_itself():
-    parts = {0: [PartAgreement(n, UNCLEAR, UNCLEAR, 0.0) for n in (1, 2)]}
-    assert Agreement.parts_off(SimpleNamespace(parts=parts), 0) == []
+@pytest.mark.parametrize(("other", "named"), [(CLEAR, 1), (UNCLEAR, 0), (UNSEEN, 0)])
+def test_a_bone_is_off_only_where_another_one_of_its_structure_is_not(other, named):
+    off = PartAgreement(1, np.array(UNCLEAR), np.array(CLEAR), np.array([5.0, 5.0]))
+    beside = PartAgreement(2, np.array(other), np.array(other), np.zeros(2))
+    assert len(Agreement.parts_off(SimpleNamespace(parts={0: [off, beside]}), 0)) == named
