@@ -221,6 +221,7 @@ CLEAR, UNCLEAR, BETTER, UNSEEN = ([0.2, 0.8], [0.2, 0.3], [0.4, 0.4], [np.nan, n
         (CLEAR, [0.4, 0.8], [5.0, 1.0], False),  # better, but it is clear where it is
         (UNCLEAR, BETTER, [5.0, 1.0], True),
         (UNCLEAR, BETTER, [1.0, 1.0], False),
+        (UNCLEAR, [0.26, 0.36], [5.0, 5.0], False),  # half a vertebra at the end of a CT
         (UNCLEAR, UNCLEAR, [5.0, 5.0], False),
         ([0.7, np.nan], [0.7, 0.9], [1.0, 9.0], False),
         ([0.7, 0.2], [0.7, 0.9], [1.0, np.nan], False),
