@@ -38,8 +38,8 @@ APART_MM, GAIN, CONVINCING = 3.0, 0.05, 0.6
 much where there is no doubt. Right bones shift by up to 2.5 mm when they are fitted alone."""
 
 LARGE_GAIN = 0.1
-"""Of support where there is doubt: half a vertebra at a CT's end gained 0.05 and shifted by 3.6 mm, femurs that were 6 mm
-off and more gained 0.13 to 0.4."""
+"""Of support where there is doubt: half a vertebra at a CT's end gained 0.05 and shifted by 3.6 mm, femurs that were 6
+mm off and more gained 0.13 to 0.4."""
 
 FAINT_SHARE = 0.4
 """Share of a structure's projection that stands out, below which its label is not that of a bone. It is 0.55 and above
