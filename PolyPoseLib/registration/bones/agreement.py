@@ -31,7 +31,7 @@ of wrong ones, see Testing/Benchmarks/degraded.py."""
 
 PART_SUPPORTED = 0.45
 """The same for one of several bones that move as one structure, which has less of an edge of its own. In the best X-ray
-it is 0.5 and above of right vertebrae, ribs, femurs and halves of a pelvis."""
+it is 0.5 and above of right whole vertebrae, ribs, femurs and halves of a pelvis."""
 
 APART_MM, GAIN, CONVINCING = 3.0, 0.05, 0.6
 """Shift by which such a bone has moved against the others, in the scene, how much more support it has there, and how
