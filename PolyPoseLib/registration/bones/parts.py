@@ -31,6 +31,10 @@ LEAST_SHARE = 0.08
 """Of a structure's voxels, at least, of a part that is compared: smaller ones are splinters, ribs or teeth, too little
 for an X-ray to tell where they are."""
 
+LEAST_LENGTH_MM = 45.0
+"""Of a part within which the CT ends, towards that end: the rest of a vertebra fits its neighbour's place as well. What
+the CT of a pelvis holds of a femur is 54 mm and longer."""
+
 ITERATIONS = 10
 """Of the fit of a bone by itself."""
 
@@ -70,7 +74,7 @@ def agreement_by_parts(
     wholes = agreement_in(problem, state)
     parts = {}
     for k, labels in enumerate(_labels_by_structure(run.scene, segmentation)):
-        found = large_parts(labels)
+        found = [part for part in large_parts(labels) if not is_cut_short(run.scene, k, part)]
         if len(found) > 1:
             several = len({part.label for part in found}) > 1
             parts[k] = [
@@ -84,6 +88,22 @@ def large_parts(labels: np.ndarray) -> list[Part]:
     """The large connected parts of labels (k, j, i), each of one label."""
     least = LEAST_SHARE * np.count_nonzero(labels)
     return [part for part in connected_parts(labels, 0) if np.count_nonzero(part.mask) >= least]
+
+
+def is_cut_short(scene: Scene, k: int, part: Part) -> bool:
+    """Whether the CT ends within a part of structure k, and holds little of it."""
+    spacing = np.linalg.norm(scene.whole.affine[:3, :3], axis=0)[::-1]
+    return any(
+        (side.start == 0 or side.stop == size) and (side.stop - side.start) * mm < LEAST_LENGTH_MM
+        for side, size, mm in zip(_place(scene, k, part), scene.owners.shape, spacing, strict=True)
+    )
+
+
+def _place(scene: Scene, k: int, part: Part) -> tuple[slice, ...]:
+    """Slices (k, j, i) of the working voxels in which a part of structure k lies."""
+    return tuple(
+        slice(of.start + at.start, of.start + at.stop) for of, at in zip(scene.box(k), part.box, strict=True)
+    )
 
 
 def _labels_by_structure(scene: Scene, segmentation: Volume | None) -> Iterator[np.ndarray]:
@@ -120,8 +140,7 @@ def _body(scene: Scene, k: int, part: Part) -> Body:
     blocks = block_factors(scene.whole.affine, size_mm)[::-1]
     before = [side.start % block for side, block in zip(part.box, blocks, strict=True)]
     box = tuple(
-        slice(of.start + at.start - more, of.start + at.stop)
-        for of, at, more in zip(scene.box(k), part.box, before, strict=True)
+        slice(side.start - more, side.stop) for side, more in zip(_place(scene, k, part), before, strict=True)
     )
     body = scene.body_of(k, box, np.pad(part.mask, [(more, 0) for more in before]), size_mm)
     return replace(body, centre=body_points(body, POINTS).mean(axis=0))

@@ -15,10 +15,11 @@ from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.pipeline import register
 from PolyPoseLib.registration.bones.agreement import APART_MM, Agreement, PartAgreement
-from PolyPoseLib.registration.bones.parts import LEAST_SHARE, agreement_by_parts, large_parts
+from PolyPoseLib.registration.bones.parts import LEAST_SHARE, agreement_by_parts, is_cut_short, large_parts
 from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.simulation.case_study import case_to_study
+from PolyPoseLib.warp.parts import connected_parts
 
 UNITED = 1
 FEMUR, VERTEBRA = 2, 3
@@ -153,6 +154,25 @@ def test_voxels_without_a_label_belong_to_the_nearest(known, seed):
     assert [part.label for part in whole] == [part.label for part in holed]
     for a, b in zip(whole, holed, strict=True):
         np.testing.assert_allclose(a.support, b.support, atol=0.02)
+
+
+@pytest.mark.parametrize(("axis", "at"), [(0, "start"), (0, "stop"), (1, "start"), (2, "stop")])
+def test_what_is_left_of_a_bone_at_the_end_of_a_ct_is_not_compared(axis, at):
+    """The rest of a vertebra fits its neighbour's place as well."""
+    labels = np.zeros((60, 60, 60), np.int16)
+    for number, length in ((1, 20), (2, 7)):  # of voxels of 3 mm
+        along = slice(0, length) if at == "start" else slice(60 - length, 60)
+        box = [slice(20 * number - 15, 20 * number)] * 3
+        box[axis] = along
+        labels[tuple(box)] = number
+    inside = np.zeros_like(labels)
+    inside[25:32, 25:32, 25:32] = 1
+    affine = np.diag([3.0, 3.0, 3.0, 1.0])
+    ct = Volume(np.where(labels + inside > 0, 700.0, 20.0).astype(np.float32), affine)
+    scene = Scene(ct, Structures(("united",), np.minimum(labels, 1) | inside), "united")
+    source = np.where(inside > 0, 3, labels)
+    cut = {part.label: is_cut_short(scene, 0, part) for part in connected_parts(source[scene.box(0)], 0)}
+    assert cut == {1: False, 2: True, 3: False}
 
 
 @pytest.mark.parametrize("seed", [0, 3])
