@@ -107,11 +107,23 @@ class OpenStudyTest(StudyCase):
         np.testing.assert_array_equal(labels, scenes.labels())
 
     def test_labels_get_the_names_of_their_table(self) -> None:
+        import SimpleITK as sitk
+
         path = self.write()
+        labels = sitk.ReadImage(str(self.folder / "labels.nrrd"))
+        for key in labels.GetMetaDataKeys():
+            labels.EraseMetaData(key)
+        sitk.WriteImage(labels, str(self.folder / "labels.nrrd"))
+        self.assertEqual(self.names_opened(path), ["spleen", "kidney_right", "kidney_left"])
+
+    def test_segments_keep_their_own_names(self) -> None:
+        self.assertEqual(self.names_opened(self.write()), ["pelvis", "femur", "plate"])
+
+    def names_opened(self, path: Path) -> list[str]:
+        """Of the segments of a study that is opened with a table."""
         node = self.logic.getParameterNode()
         open_study(path, node, "totalsegmentator_v2")
-        names = [node.segmentation.GetSegmentation().GetNthSegment(n).GetName() for n in range(3)]
-        self.assertEqual(names, ["spleen", "kidney_right", "kidney_left"])
+        return [node.segmentation.GetSegmentation().GetNthSegment(n).GetName() for n in range(3)]
 
     def test_a_damaged_study_adds_nothing(self) -> None:
         path = self.write()
