@@ -118,7 +118,7 @@ def assess(
         if k in patient.vouched or (beside and k in patient.still):
             doubts.append(())
             continue
-        if np.isnan(agreement.residuals[k]).all():
+        if agreement.is_unseen[k]:
             doubts.append((NOT_SHOWN,))
             lost.append(k)
             continue

@@ -197,8 +197,7 @@ def _segment_fields(study: StudyData) -> dict[str, str]:
         fields[f"Segment{n}_LabelValue"] = str(n + 1)
         fields[f"Segment{n}_Layer"] = "0"
     # A line break would end a field of the header.
-    fields = {key: " ".join(value.split()) for key, value in fields.items()}
-    return fields
+    return {key: " ".join(value.split()) for key, value in fields.items()}
 
 
 def with_spacing(entry: dict[str, Any], spacing: tuple[float, float]) -> dict[str, Any]:

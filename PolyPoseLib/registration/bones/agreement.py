@@ -146,6 +146,11 @@ class Agreement:
         return np.asarray((self.support >= SUPPORTED).any(axis=1))
 
     @property
+    def is_unseen(self) -> np.ndarray:
+        """(K,) bool, which structures hardly show in any X-ray."""
+        return np.asarray(np.isnan(self.residuals).all(axis=1))
+
+    @property
     def in_picture(self) -> np.ndarray:
         """(K,) bool, which structures lie in the used part of some X-ray."""
         return np.asarray(~np.isnan(self.shown_share).all(axis=1))

@@ -89,7 +89,7 @@ def doubts_about(scene: Scene, evidence: Evidence) -> dict[int, tuple[str, ...]]
     if agreement.parts_off(scene.anchor):
         doubts[scene.anchor] = (_parts_off(scene, evidence, scene.anchor),)
     for k in scene.moving:
-        if np.isnan(agreement.residuals[k]).all():
+        if agreement.is_unseen[k]:
             doubts[k] = (FAINT_LABEL if agreement.is_faint[k] else "it shows in no X-ray",)
         elif k in inconsistent:
             against = _those(evidence.names, contradicted[k])
@@ -171,14 +171,13 @@ def reasons_against_most(scene: Scene, evidence: Evidence) -> list[str]:
 def unseen_warnings(scene: Scene, evidence: Evidence) -> list[str]:
     """Warnings about structures that show in no X-ray, or do not stand out as bones do."""
     agreement = evidence.agreement
-    unseen = np.asarray(np.isnan(agreement.residuals).all(axis=1))
     return [
         f'The structure "{name}" hardly stands out in the X-rays in which it lies: its pose is an estimate with a wide '
         "uncertainty. Check that its label covers the whole bone, with its cortex."
         if agreement.is_faint[k]
         else f'The structure "{name}" shows in no X-ray: its pose is an estimate with a wide uncertainty.'
         for k, name in enumerate(scene.names)
-        if unseen[k] or agreement.is_faint[k]
+        if agreement.is_unseen[k] or agreement.is_faint[k]
     ]
 
 
