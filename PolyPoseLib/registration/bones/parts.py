@@ -72,13 +72,16 @@ def agreement_by_parts(
     """
     problem, state = posed(run, observations, poses)
     wholes = agreement_in(problem, state)
+    images = [problem.render(state, n)[0] for n in range(len(problem.views))]
     parts = {}
     for k, labels in enumerate(_labels_by_structure(run.scene, segmentation)):
         found = [part for part in large_parts(labels) if not is_cut_short(run.scene, k, part)]
         if len(found) > 1:
             several = len({part.label for part in found}) > 1
             parts[k] = [
-                _agreement(problem, state, k, _body(run.scene, k, part), part.label if several else None)
+                _agreement(
+                    problem, images, poses[k], _body(run.scene, k, part), part.label if several else None
+                )
                 for part in found
             ]
     return replace(wholes, parts=parts)
@@ -146,27 +149,26 @@ def _body(scene: Scene, k: int, part: Part) -> Body:
     return replace(body, centre=body_points(body, POINTS).mean(axis=0))
 
 
-def _agreement(problem: RigidProblem, state: State, k: int, bone: Body, label: int | None) -> PartAgreement:
-    """Of a bone of structure k, in a problem without free cameras."""
-    pose = state.poses[k]
-    alone = replace(
-        problem,
-        bodies=[bone],
-        views=[_view_without(problem, state, n, pose, bone) for n in range(len(problem.views))],
-    )
+def _agreement(
+    problem: RigidProblem, images: Sequence[np.ndarray], pose: np.ndarray, bone: Body, label: int | None
+) -> PartAgreement:
+    """Of a bone whose structure has a pose (4, 4); images: (H, W) renderings of everything in the problem's views."""
+    pairs = zip(problem.views, images, strict=True)
+    views = [_view_without(problem, view, image, pose, bone) for view, image in pairs]
+    alone = replace(problem, bodies=[bone], views=views)
     there = State.of_poses(pose[None], len(alone.views))
     support = _support(alone, there)
     starts = [pose] if (support >= PLAIN).any() else [pose, *(pose @ shift for shift in _SHIFTS)]
     found = best_of(alone, there, 0, starts, ITERATIONS)
     found = pose if found is None else found
-    shifts = [_shift_mm(bone, view.camera, pose, found) for view in alone.views]
+    points = body_points(bone, POINTS)
+    shifts = [_shift_mm(points, view.camera, pose, found) for view in alone.views]
     return PartAgreement(label, support, _support(alone, there.with_pose(0, found)), np.array(shifts))
 
 
-def _view_without(problem: RigidProblem, state: State, n: int, pose: np.ndarray, bone: Body) -> View:
-    """A view with everything but a bone, which moves with a structure of this pose (4, 4), in its static image."""
-    view = problem.views[n]
-    static, _ = problem.render(state, n)
+def _view_without(problem: RigidProblem, view: View, image: np.ndarray, pose: np.ndarray, bone: Body) -> View:
+    """A view whose static image is a rendering (H, W) of everything, less a bone at a pose (4, 4)."""
+    static = image.copy()
     part = project_body(bone, view.camera, pose, problem.step_mm, problem.backend)
     static[part.slices] -= part.image
     return replace(view, static=static)
@@ -183,9 +185,8 @@ def _support(alone: RigidProblem, state: State) -> np.ndarray:
     return support
 
 
-def _shift_mm(bone: Body, camera: Camera, before: np.ndarray, after: np.ndarray) -> float:
-    """How far poses (4, 4), fixed to moving, are apart across the beam, the mean over a bone's voxels."""
-    points = body_points(bone, POINTS)
+def _shift_mm(points: np.ndarray, camera: Camera, before: np.ndarray, after: np.ndarray) -> float:
+    """How far two poses (4, 4), fixed to moving, put a bone's points (P, 3) apart across the beam, on average."""
     first, second = (
         points @ inverse[:3, :3].T + inverse[:3, 3] for inverse in map(rigid_inverse, (before, after))
     )
