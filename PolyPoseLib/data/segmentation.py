@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from PolyPoseLib.data.label_names import structure_of
+from PolyPoseLib.data.label_names import label_table, structure_of
 from PolyPoseLib.data.volume import Volume, resample_labels_onto
 from PolyPoseLib.errors import InputError, nearest
 
@@ -100,10 +100,10 @@ class Segmentation:
         """Whether a segment has this name or identifier."""
         return any(name in (segment.name, segment.identifier) for segment in self.segments)
 
-    def label_names(self, table: Mapping[int, str]) -> dict[int, str]:
-        """Names of the first layer's labels: a table's where they are numbers, otherwise those of segments."""
+    def label_names(self, table: str | None = None) -> dict[int, str]:
+        """Names of the first layer's labels: a known table's where they are numbers, otherwise those of segments."""
         own = {segment.label: segment.name for segment in self.segments if segment.layer == 0}
-        return {**own, **table} if self.numbered else own
+        return {**own, **label_table(table)} if table and self.numbered else own
 
     def find(self, label: int | str, structure: str) -> tuple[int, int]:
         """Where the voxels of a label are.
@@ -139,6 +139,10 @@ class Segmentation:
     def on_grid(self, layer: int, reference: Volume) -> Volume:
         """One layer on the reference's grid, by nearest neighbour."""
         return resample_labels_onto(self.layers[layer], reference)
+
+    def whole_on_grid(self, reference: Volume) -> Volume | None:
+        """The only layer on the reference's grid; None where there are several, which may overlap."""
+        return None if self.has_layers else self.on_grid(0, reference)
 
     def labels_present(self, layer: int) -> np.ndarray:
         """The labels that a layer's voxels hold, without 0, ascending."""
@@ -197,6 +201,17 @@ class Segmentation:
         similar = nearest(name, names)
         fix = f'did you mean "{similar}"?' if similar else f"choose from {', '.join(names[:30])}."
         return f'{self.source}: structure "{structure}" lists "{name}", but no segment has that name: {fix}'
+
+
+def checked_source(segmentation: Volume | None, ct: Volume) -> Volume | None:
+    """The label map that a CT's structures were made of, with whole numbers; raises InputError."""
+    if segmentation is None:
+        return None
+    if segmentation.shape != ct.shape:
+        raise InputError("The source segmentation is on another grid than the CT: resample it onto the CT's.")
+    if segmentation.voxels.dtype.kind in "iu":
+        return segmentation
+    return whole_numbers(segmentation, "The source segmentation")
 
 
 def _labels_present(voxels: np.ndarray) -> np.ndarray:

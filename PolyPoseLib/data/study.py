@@ -11,7 +11,7 @@ import numpy as np
 
 from PolyPoseLib.data.hounsfield import impossible_highest_value, impossible_size
 from PolyPoseLib.data.options import Options
-from PolyPoseLib.data.segmentation import whole_numbers
+from PolyPoseLib.data.segmentation import checked_source
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.data.volume import Volume
@@ -93,13 +93,7 @@ class Study:
             raise InputError("The CT holds NaN or infinite voxels: replace them by -1000, the value of air.")
         if (fault := impossible_size(self.ct) or impossible_highest_value(self.ct)) is not None:
             raise InputError(f"The study's CT: {fault}")
-        if self.source_segmentation is not None and self.source_segmentation.shape != self.ct.shape:
-            raise InputError(
-                "The source segmentation is on another grid than the CT: resample it onto the CT's."
-            )
-        if self.source_segmentation is not None and self.source_segmentation.voxels.dtype.kind not in "iu":
-            whole = whole_numbers(self.source_segmentation, "The source segmentation")
-            object.__setattr__(self, "source_segmentation", whole)
+        object.__setattr__(self, "source_segmentation", checked_source(self.source_segmentation, self.ct))
         options = self.options
         preset = Options.from_dict(options).preset
         object.__setattr__(

@@ -7,11 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from PolyPoseLib.data.label_names import label_table
-from PolyPoseLib.data.segmentation import Segmentation
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.view_names import view_name
-from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io import paths as study_paths
 from PolyPoseLib.io import study_schema
@@ -96,8 +93,8 @@ def load_study(path: str | Path, allow_outside: bool = False) -> Study:
             xrays=xrays,
             options=options,
             warnings=warnings,
-            source_segmentation=_whole_label_map(segmentation, ct),
-            label_names=_label_names(segmentation, fields.get("label_table")),
+            source_segmentation=segmentation.whole_on_grid(ct),
+            label_names=segmentation.label_names(fields.get("label_table")),
             # A structure that was left out has its warning.
             initial_poses={name: pose for name, pose in poses.items() if name in structures.names},
         )
@@ -166,13 +163,3 @@ def _few_views(xrays: tuple[Xray, ...]) -> tuple[str, ...]:
     if len(xrays) > 1:
         return ()
     return ("There is one X-ray only: how far a structure moved along its rays is poorly known.",)
-
-
-def _label_names(segmentation: Segmentation, table: str | None) -> dict[int, str]:
-    """Names of the labels of the segmentation's first layer, as far as it or a table knows them."""
-    return segmentation.label_names(label_table(table) if table else {})
-
-
-def _whole_label_map(segmentation: Segmentation, ct: Volume) -> Volume | None:
-    """The segmentation's one layer on the CT's grid."""
-    return None if segmentation.has_layers else segmentation.on_grid(0, ct)

@@ -23,6 +23,7 @@ from PolyPoseLib.tracking.patient import Patient
 from PolyPoseLib.tracking.smoother import smoothed_frames
 from PolyPoseLib.tracking.summary import reasons_for_distrust, warnings_about
 from PolyPoseLib.tracking.sweep import Course, swept
+from PolyPoseLib.tracking.united import united_warnings
 
 
 def track(
@@ -80,6 +81,7 @@ def track(
     centroids = sequence.structures.centroids(sequence.ct.affine)
     if sequence.options.smooth:
         frames = smoothed_frames(frames, centroids, sequence.frames_per_second)
+    united = tuple(united_warnings(patient, frames))
     monitor.step("done", 1, 1, 1 - float(np.nanmean([each.residuals for each in frames])))
     return Track(
         names=patient.scene.names,
@@ -89,7 +91,7 @@ def track(
         frames_per_second=sequence.frames_per_second,
         cameras={view.name: view.camera for view in sequence.views},
         smoothed=sequence.options.smooth,
-        warnings=(*sequence.warnings, *warnings_about(patient, frames)),
+        warnings=(*sequence.warnings, *warnings_about(patient, frames), *united),
         distrust=tuple(reasons_for_distrust(patient, frames)),
         device=f"{patient.device}, {patient.run.backend.name}",
         versions=installed_versions(),

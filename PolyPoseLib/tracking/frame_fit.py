@@ -121,6 +121,14 @@ class Frame:
         names = tuple(self.patient.sequence.views[n].name for n in self.shown)
         return FrameFit(state.poses @ base, finest.problem, state, agreement, names)
 
+    def posed(self, poses: np.ndarray) -> tuple[RigidProblem, State]:
+        """All structures at poses (K, 4, 4), as they are compared with the X-rays, in a world of their own."""
+        base = poses[self.patient.reference]
+        compared = LevelFit(self.patient, self.around([poses], base), COARSE, ())
+        state = State.of_poses(poses @ rigid_inverse(base), len(self.observations))
+        compared.follow(state)
+        return compared.problem, state
+
     def around(self, starts: Sequence[np.ndarray], base: np.ndarray) -> list[Observation]:
         """The X-rays in a base's world, cropped to where the structures are at any of some poses (K, 4, 4)."""
         scene = self.patient.scene

@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from PolyPoseLib.data.segmentation import checked_source
 from PolyPoseLib.data.structures import Structures
 from PolyPoseLib.data.tracking.joints import Joint
 from PolyPoseLib.data.tracking.track_inputs import TrackInputs, inputs_of
@@ -85,6 +86,10 @@ class Sequence:
         What was odd but not wrong.
     joints : tuple of Joint
         Whose motion is reported; without any, that of every structure relative to the reference.
+    source_segmentation : Volume or None
+        The label map that the structures were made of, on the CT's grid; None when it has overlapping layers.
+    label_names : mapping of int to str
+        Names of its labels as far as they are known, for messages.
 
     Raises
     ------
@@ -104,6 +109,8 @@ class Sequence:
     options: TrackOptions = field(default_factory=TrackOptions)
     warnings: tuple[str, ...] = ()
     joints: tuple[Joint, ...] = ()
+    source_segmentation: Volume | None = None
+    label_names: Mapping[int, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check that the parts fit together; raises InputError."""
@@ -114,6 +121,7 @@ class Sequence:
                 f"The structures have {self.structures.labels.shape} voxels but the CT has {self.ct.shape}: "
                 "resample the labels onto the CT's grid."
             )
+        object.__setattr__(self, "source_segmentation", checked_source(self.source_segmentation, self.ct))
         if not (np.isfinite(self.frames_per_second) and self.frames_per_second > 0):
             raise InputError('"frames_per_second" must be a number above 0.')
         for name in (self.reference, *self.still):

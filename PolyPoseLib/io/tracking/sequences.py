@@ -114,6 +114,8 @@ def load_sequence(
             still=tuple(dict.fromkeys(name for name in fields.get("still") or () if name in known)),
             landmarks=landmarks,
             joints=joints,
+            source_segmentation=segmentation.whole_on_grid(ct),
+            label_names=segmentation.label_names(fields.get("label_table")),
             options=settings,
             warnings=(*warnings, *odd_joints),
         )

@@ -7,8 +7,8 @@ itself, from where the structure's pose puts it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import binary_erosion
@@ -48,6 +48,18 @@ POINTS = 200
 """Of a bone, over which its shift is averaged."""
 
 
+@dataclass(frozen=True)
+class UnitedBone:
+    """One of several bones that were united in a structure.
+
+    label: of the segmentation; None where one label holds several bones. body: at the comparison's voxels, about its
+    own centre.
+    """
+
+    label: int | None
+    body: Body
+
+
 def agreement_by_parts(
     run: Run, observations: Sequence[Observation], poses: np.ndarray, segmentation: Volume | None
 ) -> Agreement:
@@ -71,20 +83,35 @@ def agreement_by_parts(
 
     """
     problem, state = posed(run, observations, poses)
-    wholes = agreement_in(problem, state)
-    images = [problem.render(state, n)[0] for n in range(len(problem.views))]
-    parts = {}
-    for k, labels in enumerate(_labels_by_structure(run.scene, segmentation)):
-        found = [part for part in large_parts(labels) if not is_cut_short(run.scene, k, part)]
+    bones = united_bones(run.scene, segmentation)
+    return replace(agreement_in(problem, state), parts=agreement_of_bones(problem, state, bones))
+
+
+def united_bones(scene: Scene, segmentation: Volume | None) -> dict[int, list[UnitedBone]]:
+    """The larger bones of structures that unite several, by structure; segmentation as for agreement_by_parts."""
+    bones = {}
+    for k, labels in enumerate(_labels_by_structure(scene, segmentation)):
+        found = [part for part in large_parts(labels) if not is_cut_short(scene, k, part)]
         if len(found) > 1:
             several = len({part.label for part in found}) > 1
-            parts[k] = [
-                _agreement(
-                    problem, images, poses[k], _body(run.scene, k, part), part.label if several else None
-                )
-                for part in found
-            ]
-    return replace(wholes, parts=parts)
+            bones[k] = [UnitedBone(part.label if several else None, _body(scene, k, part)) for part in found]
+    return bones
+
+
+def agreement_of_bones(
+    problem: RigidProblem, state: State, bones: Mapping[int, Sequence[UnitedBone]]
+) -> dict[int, list[PartAgreement]]:
+    """Of bones that were united in structures, by structure, with the views of a problem of all structures.
+
+    The problem is at COMPARISON_LEVEL, in front of the soft tissue.
+    """
+    if not bones:
+        return {}
+    images = [problem.render(state, n)[0] for n in range(len(problem.views))]
+    return {
+        k: [_agreement(problem, images, state.poses[k], bone) for bone in united]
+        for k, united in bones.items()
+    }
 
 
 def large_parts(labels: np.ndarray) -> list[Part]:
@@ -150,20 +177,20 @@ def _body(scene: Scene, k: int, part: Part) -> Body:
 
 
 def _agreement(
-    problem: RigidProblem, images: Sequence[np.ndarray], pose: np.ndarray, bone: Body, label: int | None
+    problem: RigidProblem, images: Sequence[np.ndarray], pose: np.ndarray, bone: UnitedBone
 ) -> PartAgreement:
     """Of a bone whose structure has a pose (4, 4); images: (H, W) renderings of everything in the problem's views."""
     pairs = zip(problem.views, images, strict=True)
-    views = [_view_without(problem, view, image, pose, bone) for view, image in pairs]
-    alone = replace(problem, bodies=[bone], views=views)
+    views = [_view_without(problem, view, image, pose, bone.body) for view, image in pairs]
+    alone = replace(problem, bodies=[bone.body], views=views)
     there = State.of_poses(pose[None], len(alone.views))
     support = _support(alone, there)
     starts = [pose] if (support >= PLAIN).any() else [pose, *(pose @ shift for shift in _SHIFTS)]
     found = best_of(alone, there, 0, starts, ITERATIONS)
     found = pose if found is None else found
-    points = body_points(bone, POINTS)
+    points = body_points(bone.body, POINTS)
     shifts = [_shift_mm(points, view.camera, pose, found) for view in alone.views]
-    return PartAgreement(label, support, _support(alone, there.with_pose(0, found)), np.array(shifts))
+    return PartAgreement(bone.label, support, _support(alone, there.with_pose(0, found)), np.array(shifts))
 
 
 def _view_without(problem: RigidProblem, view: View, image: np.ndarray, pose: np.ndarray, bone: Body) -> View:

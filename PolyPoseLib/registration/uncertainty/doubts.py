@@ -9,11 +9,12 @@ import numpy as np
 
 from PolyPoseLib.data.view_names import label_of
 from PolyPoseLib.errors import listed
-from PolyPoseLib.registration.bones.agreement import Agreement, PartAgreement
+from PolyPoseLib.registration.bones.agreement import Agreement
 from PolyPoseLib.registration.bones.rows import Break
 from PolyPoseLib.registration.bones.visibility import Visibility
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
+from PolyPoseLib.registration.uncertainty.united import UnitedBones
 
 WIDE_MM = 5.0
 """Half width of a 95 % interval beyond which a pose is doubtful."""
@@ -87,7 +88,7 @@ def doubts_about(scene: Scene, evidence: Evidence) -> dict[int, tuple[str, ...]]
     contradicted = agreement.contradicted
     doubts: dict[int, tuple[str, ...]] = {}
     if agreement.parts_off(scene.anchor):
-        doubts[scene.anchor] = (_parts_off(scene, evidence, scene.anchor),)
+        doubts[scene.anchor] = (_united(scene, evidence).clause(scene.anchor),)
     for k in scene.moving:
         if agreement.is_unseen[k]:
             doubts[k] = (FAINT_LABEL if agreement.is_faint[k] else "it shows in no X-ray",)
@@ -99,46 +100,20 @@ def doubts_about(scene: Scene, evidence: Evidence) -> dict[int, tuple[str, ...]]
         elif agreement.is_faint[k]:
             doubts[k] = (FAINT_LABEL,)
         elif agreement.parts_off(k):
-            doubts[k] = (_parts_off(scene, evidence, k),)
+            doubts[k] = (_united(scene, evidence).clause(k),)
     return doubts
 
 
 def united_warnings(scene: Scene, evidence: Evidence) -> list[str]:
     """Warnings about structures that unite bones which moved against each other."""
-    return [
-        f'"{name}" seems to unite bones that moved against each other: {_parts_off(scene, evidence, k)}. Give '
-        "each bone a structure of its own."
-        for k, name in enumerate(scene.names)
-        if evidence.agreement.parts_off(k)
-    ]
+    united = _united(scene, evidence)
+    return [united.warning(k) for k in range(len(scene.names)) if evidence.agreement.parts_off(k)]
 
 
-def _parts_off(scene: Scene, evidence: Evidence, k: int) -> str:
-    """Which bones of a structure are not where its pose puts them."""
-    off = evidence.agreement.parts_off(k)
-    elsewhere = [part for part in off if part.shows_elsewhere]
-    nowhere = [part for part in off if not part.shows_elsewhere]
-    there = "where the CT has {}" if k == scene.anchor else "where the structure's pose puts {}"
-    clauses = []
-    if elsewhere:
-        which, them = _these_parts(evidence, k, elsewhere)
-        least_mm = min(part.shift_mm for part in elsewhere) / evidence.magnification
-        clauses.append(f"the X-rays show {which} {least_mm:.2g} mm or more from {there.format(them)}")
-    if nowhere:
-        which, them = _these_parts(evidence, k, nowhere)
-        clauses.append(f"no X-ray shows {which} {there.format(them)}")
-    return ", and ".join(clauses)
-
-
-def _these_parts(evidence: Evidence, k: int, parts: Sequence[PartAgreement]) -> tuple[str, str]:
-    """What some parts of a structure are called, and the pronoun for them."""
-    labels = sorted({part.label for part in parts if part.label is not None})
-    them = "it" if len(labels or parts) == 1 else "them"
-    if not labels:
-        total = len(evidence.agreement.parts[k])
-        return f"{'one' if len(parts) == 1 else len(parts)} of its {total} separate parts", them
-    names = evidence.label_names
-    return listed([f'"{names[n]}"' if n in names else f"label {n}" for n in labels]), them
+def _united(scene: Scene, evidence: Evidence) -> UnitedBones:
+    return UnitedBones(
+        scene.names, evidence.agreement.parts, scene.anchor, evidence.magnification, evidence.label_names
+    )
 
 
 def reasons_against_most(scene: Scene, evidence: Evidence) -> list[str]:
@@ -221,7 +196,7 @@ def _causes(scene: Scene, evidence: Evidence, k: int) -> Iterator[str]:
     if not agreement.is_clear[k]:
         yield "no X-ray shows it clearly"
     if agreement.parts_off(k):
-        yield _parts_off(scene, evidence, k)
+        yield _united(scene, evidence).clause(k)
     shows = ~np.isnan(agreement.contrast[k])
     if shows.sum() == 1:
         yield f"only {_those(evidence.names, shows)} shows it"

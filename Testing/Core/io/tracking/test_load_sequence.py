@@ -60,6 +60,8 @@ def test_it_holds_what_the_file_says(path):
     assert np.array_equal(sequence.initial_poses["talus"], RIGID)
     assert np.array_equal(sequence.landmarks["talus.medial_malleolus"], [1, 2, 3])
     assert sequence.frames == range(1, FRAMES) and sequence.options.smooth
+    assert np.array_equal(np.unique(sequence.source_segmentation.voxels), [0, 1, 2])
+    assert sequence.label_names == {}
     for number, view in enumerate(sequence.views):
         assert view.name == f"camera {number + 1}" and view.images.count == FRAMES
         assert np.allclose(view.camera.extrinsic, camera(number).extrinsic)
@@ -69,6 +71,11 @@ def test_it_holds_what_the_file_says(path):
         assert mask.shape == SHAPE
     protocol: FrameImages = sequence.views[0].images
     assert protocol.count == FRAMES
+
+
+def test_a_table_names_its_labels(path):
+    change(path, label_table="totalsegmentator_v2")
+    assert pp.load_sequence(path).label_names[25] == "sacrum"
 
 
 def test_what_is_odd_about_joints_is_said_before_the_tracking(path, caplog):
