@@ -55,6 +55,7 @@ def _stage(name: str) -> str:
         "preparing": _("Preparing the CT"),
         "bones": _("Fitting the bones"),
         "restarts": _("Looking for better places of bones"),
+        "united bones": _("Looking at united bones one by one"),
         "uncertainty": _("Estimating the uncertainty"),
         "warping": _("Warping the CT"),
         "rendering": _("Rendering the X-rays"),

@@ -1806,6 +1806,10 @@
         <translation>Bessere Lagen der Knochen werden gesucht</translation>
     </message>
     <message>
+        <source>Looking at united bones one by one</source>
+        <translation>Vereinte Knochen werden einzeln betrachtet</translation>
+    </message>
+    <message>
         <source>Estimating the uncertainty</source>
         <translation>Unsicherheit wird geschätzt</translation>
     </message>

@@ -1806,6 +1806,10 @@
         <translation>Buscando mejores posiciones de los huesos</translation>
     </message>
     <message>
+        <source>Looking at united bones one by one</source>
+        <translation>Examinando uno a uno los huesos unidos</translation>
+    </message>
+    <message>
         <source>Estimating the uncertainty</source>
         <translation>Estimando la incertidumbre</translation>
     </message>

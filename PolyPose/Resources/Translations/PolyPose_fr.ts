@@ -1806,6 +1806,10 @@
         <translation>Recherche de meilleures positions des os</translation>
     </message>
     <message>
+        <source>Looking at united bones one by one</source>
+        <translation>Examen un par un des os réunis</translation>
+    </message>
+    <message>
         <source>Estimating the uncertainty</source>
         <translation>Estimation de l&apos;incertitude</translation>
     </message>

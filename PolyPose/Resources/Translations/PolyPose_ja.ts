@@ -1806,6 +1806,10 @@
         <translation>骨のより良い位置を探索中</translation>
     </message>
     <message>
+        <source>Looking at united bones one by one</source>
+        <translation>まとめられた骨を一つずつ確認中</translation>
+    </message>
+    <message>
         <source>Estimating the uncertainty</source>
         <translation>不確かさを推定中</translation>
     </message>
