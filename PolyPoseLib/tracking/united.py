@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from PolyPoseLib.data.tracking.track import TrackedFrame
-from PolyPoseLib.registration.bones.agreement import PartAgreement, bones_off
+from PolyPoseLib.registration.bones.agreement import Agreement, agreement_in
 from PolyPoseLib.registration.bones.parts import agreement_of_bones, united_bones
 from PolyPoseLib.registration.uncertainty.united import UnitedBones
 from PolyPoseLib.tracking.frame_fit import Frame
@@ -46,7 +47,7 @@ def united_warnings(patient: Patient, frames: Sequence[TrackedFrame]) -> Iterato
     if not bones:
         return
     run = patient.run.named("united bones")
-    found: dict[int, list[tuple[int, list[PartAgreement]]]] = {k: [] for k in bones}
+    found: dict[int, list[tuple[int, Agreement]]] = {k: [] for k in bones}
     chosen = _spread(frames)
     for n, each in enumerate(chosen):
         run.step(n, len(chosen))
@@ -54,19 +55,26 @@ def united_warnings(patient: Patient, frames: Sequence[TrackedFrame]) -> Iterato
         known = {k: united for k, united in bones.items() if is_found(each, k)}
         if frame.observations and known:
             problem, state = frame.posed(patient.enlarged(each.poses))
-            for k, parts in agreement_of_bones(problem, state, known).items():
-                found[k].append((each.frame, parts))
+            parts = agreement_of_bones(problem, state, known)
+            agreement = replace(agreement_in(problem, state), parts=parts)
+            for k in known:
+                found[k].append((each.frame, agreement))
     for k, compared in found.items():
-        off = [(number, parts) for number, parts in compared if bones_off(parts)]
+        off = [pair for pair in compared if pair[1].parts_off(k)]
         if off and len(off) >= min(LEAST, len(compared)):
-            number, parts = max(off, key=lambda pair: max(part.shift_mm for part in bones_off(pair[1])))
+            number, agreement = max(off, key=lambda pair: _largest_shift_mm(pair[1], k))
             united = UnitedBones(
                 patient.scene.names,
-                {k: parts},
+                agreement,
                 magnification=patient.factor,
                 label_names=patient.sequence.label_names,
             )
             yield united.warning(k, f" in frame {number} ({len(off)} of {len(compared)} frames looked at)")
+
+
+def _largest_shift_mm(agreement: Agreement, k: int) -> float:
+    """Of the bones of structure k that are off."""
+    return max(part.shift_mm for part in agreement.parts_off(k))
 
 
 def _spread(frames: Sequence[TrackedFrame]) -> list[TrackedFrame]:

@@ -161,8 +161,13 @@ class Agreement:
         return np.asarray(self.in_picture & ~(self.shown_share >= FAINT_SHARE).any(axis=1))
 
     def parts_off(self, k: int) -> list[PartAgreement]:
-        """Bones united in a structure that are not where its pose puts them, see :func:`bones_off`."""
-        return bones_off(self.parts.get(k, ()))
+        """Bones united in a structure that are not where its pose puts them, while the whole, or another of them, is.
+
+        Where neither is, it is the structure that is off, and unclear.
+        """
+        parts = self.parts.get(k, ())
+        there = self.is_clear[k] or any(part.is_right for part in parts)
+        return [part for part in parts if part.is_off] if there else []
 
     @property
     def disputed(self) -> np.ndarray:
@@ -173,14 +178,6 @@ class Agreement:
         """Indices of the structures, the anchor excepted, that an X-ray contradicts and none supports."""
         against = self.contradicted.any(axis=1) & ~self.disputed
         return [k for k in np.flatnonzero(against).tolist() if k != anchor]
-
-
-def bones_off(parts: Sequence[PartAgreement]) -> list[PartAgreement]:
-    """Those of the bones united in a structure that are not where its pose puts them, while another one is.
-
-    Where none is, it is the structure that is off.
-    """
-    return [part for part in parts if part.is_off] if any(part.is_right for part in parts) else []
 
 
 def structure_agreement(run: Run, observations: Sequence[Observation], poses: np.ndarray) -> Agreement:

@@ -88,12 +88,16 @@ def agreement_by_parts(
 
 
 def united_bones(scene: Scene, segmentation: Volume | None) -> dict[int, list[UnitedBone]]:
-    """The larger bones of structures that unite several, by structure; segmentation as for agreement_by_parts."""
+    """The larger bones, one at least, of structures that unite several, by structure.
+
+    segmentation: as for :func:`agreement_by_parts`.
+    """
     bones = {}
     for k, labels in enumerate(_labels_by_structure(scene, segmentation)):
         found = [part for part in large_parts(labels) if not is_cut_short(scene, k, part)]
-        if len(found) > 1:
-            several = len({part.label for part in found}) > 1
+        alone = len(found) == 1 and _size(found[0]) > (1 - LEAST_SHARE) * np.count_nonzero(labels)
+        if found and not alone:  # more than one bone with its splinters
+            several = bool((labels[labels > 0] != found[0].label).any())
             bones[k] = [UnitedBone(part.label if several else None, _body(scene, k, part)) for part in found]
     return bones
 
@@ -117,7 +121,12 @@ def agreement_of_bones(
 def large_parts(labels: np.ndarray) -> list[Part]:
     """The large connected parts of labels (k, j, i), each of one label."""
     least = LEAST_SHARE * np.count_nonzero(labels)
-    return [part for part in connected_parts(labels, 0) if np.count_nonzero(part.mask) >= least]
+    return [part for part in connected_parts(labels, 0) if _size(part) >= least]
+
+
+def _size(part: Part) -> int:
+    """Its number of voxels."""
+    return int(np.count_nonzero(part.mask))
 
 
 def is_cut_short(scene: Scene, k: int, part: Part) -> bool:

@@ -112,7 +112,7 @@ def united_warnings(scene: Scene, evidence: Evidence) -> list[str]:
 
 def _united(scene: Scene, evidence: Evidence) -> UnitedBones:
     return UnitedBones(
-        scene.names, evidence.agreement.parts, scene.anchor, evidence.magnification, evidence.label_names
+        scene.names, evidence.agreement, scene.anchor, evidence.magnification, evidence.label_names
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from PolyPoseLib.errors import listed
-from PolyPoseLib.registration.bones.agreement import PartAgreement, bones_off
+from PolyPoseLib.registration.bones.agreement import Agreement, PartAgreement
 
 
 @dataclass(frozen=True)
@@ -17,8 +17,8 @@ class UnitedBones:
     ----------
     names : sequence of str
         Of the structures.
-    parts : mapping of int to sequence of PartAgreement
-        Of the structures that unite several bones, by index.
+    agreement : Agreement
+        Of the structures with the X-rays, with their parts.
     resting : int or None
         Index of the structure whose pose is that of the CT, if any.
     magnification : float
@@ -29,7 +29,7 @@ class UnitedBones:
     """
 
     names: Sequence[str]
-    parts: Mapping[int, Sequence[PartAgreement]]
+    agreement: Agreement
     resting: int | None = None
     magnification: float = 1.0
     label_names: Mapping[int, str] = field(default_factory=dict)
@@ -43,7 +43,7 @@ class UnitedBones:
 
     def clause(self, k: int) -> str:
         """Which bones of a structure are not where its pose puts them."""
-        off = bones_off(self.parts[k])
+        off = self.agreement.parts_off(k)
         elsewhere = [part for part in off if part.shows_elsewhere]
         nowhere = [part for part in off if not part.shows_elsewhere]
         there = "where the CT has {}" if k == self.resting else "where the structure's pose puts {}"
@@ -62,7 +62,8 @@ class UnitedBones:
         labels = sorted({part.label for part in parts if part.label is not None})
         them = "it" if len(labels or parts) == 1 else "them"
         if not labels:
-            total = len(self.parts[k])
-            return f"{'one' if len(parts) == 1 else len(parts)} of its {total} separate parts", them
+            total = len(self.agreement.parts[k])
+            some = f"{'one' if len(parts) == 1 else len(parts)} of its {total} separate parts"
+            return "its largest part" if total == 1 else some, them
         names = self.label_names
         return listed([f'"{names[n]}"' if n in names else f"label {n}" for n in labels]), them

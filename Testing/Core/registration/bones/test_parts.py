@@ -254,8 +254,35 @@ def test_a_part_is_off_where_it_fits_better_elsewhere(support, refitted, shifts_
     assert not (part.is_off and part.is_right)
 
 
-@pytest.mark.parametrize(("other", "named"), [(CLEAR, 1), (UNCLEAR, 0), (UNSEEN, 0)])
-def test_a_bone_is_off_only_where_another_one_of_its_structure_is_not(other, named):
-    off = PartAgreement(1, np.array(UNCLEAR), np.array(CLEAR), np.array([5.0, 5.0]))
-    beside = PartAgreement(2, np.array(other), np.array(other), np.zeros(2))
-    assert len(Agreement.parts_off(SimpleNamespace(parts={0: [off, beside]}), 0)) == named
+@pytest.mark.parametrize(
+    ("other", "whole", "named"),
+    [
+        (CLEAR, False, 1),
+        (UNCLEAR, False, 0),
+        (UNSEEN, False, 0),
+        (UNCLEAR, True, 1),  # its smaller bones, which nobody compares, are where they should be
+        (None, True, 1),
+        (None, False, 0),
+    ],
+)
+def test_a_bone_is_off_only_where_its_structure_or_another_one_of_it_is_not(other, whole, named):
+    parts = [PartAgreement(1, np.array(UNCLEAR), np.array(CLEAR), np.array([5.0, 5.0]))]
+    if other is not None:
+        parts.append(PartAgreement(2, np.array(other), np.array(other), np.zeros(2)))
+    agreement = SimpleNamespace(parts={0: parts}, is_clear=np.array([whole]))
+    assert len(Agreement.parts_off(agreement, 0)) == named
+
+
+@pytest.mark.parametrize("slabs", [1, 16])
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_bone_that_moved_against_many_small_ones_is_off(known, seed, slabs):
+    """Slabs of the vertebra, each with a label of its own, are too small to be compared."""
+    this = known[seed]
+    labels = this.source.voxels.astype(np.int32)
+    heights = np.nonzero(labels == VERTEBRA)[0]
+    small = (np.arange(len(labels)) - heights.min()) * slabs // (np.ptp(heights) + 1)
+    source = np.where(labels == VERTEBRA, 10 + small[:, None, None], labels)
+    pose = this.case.fixed_to_moving[NAMES[VERTEBRA - 1]]
+    agreement = this.agreement(this.united, [np.eye(4), pose], Volume(source, this.source.affine))
+    assert len(agreement.parts[UNITED]) == (1 if slabs > 1 else 2)
+    assert [part.label for part in agreement.parts_off(UNITED)] == [FEMUR]

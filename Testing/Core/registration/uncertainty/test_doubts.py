@@ -226,6 +226,14 @@ def test_a_structure_whose_bones_are_where_they_should_be_is_not_named():
     assert doubts_about(SCENE, found) == {} and united_warnings(SCENE, found) == []
 
 
+def test_the_only_large_part_of_a_structure_has_no_number():
+    off = PartAgreement(None, np.array([0.2, 0.3]), np.array([0.8, 0.8]), np.array([1.0, 8.0]))
+    found = evidence()
+    found = replace(found, agreement=replace(found.agreement, parts={FEMUR: [off]}))
+    (warning,) = united_warnings(SCENE, found)
+    assert "the X-rays show its largest part 8 mm or more from where the structure's pose puts it" in warning
+
+
 def test_a_disputed_bone_is_no_flag_but_a_warning():
     at = {"residuals": {(SPINE, 0): 0.5}, "support": {(SPINE, 0): 0.2}}
     disputed = evidence(at=at)
