@@ -9,6 +9,7 @@ S. Klein et al., "elastix: a toolbox for intensity-based medical image registrat
 from __future__ import annotations
 
 import importlib
+import tempfile
 from typing import Any
 
 import numpy as np
@@ -43,7 +44,8 @@ class FdkElastix(FdkSystem):
         chosen["FinalGridSpacingInPhysicalUnits"] = [f"{GRID_MM:g}"]
         chosen["RandomSeed"] = [str(setting.seed % (1 << 31) or 1)]
         parameters.AddParameterMap(chosen)
-        with quiet_package(setting):
+        # transformix writes its field to a folder as well, the current one where it is given none.
+        with tempfile.TemporaryDirectory() as folder, quiet_package(setting):
             elastix = itk.ElastixRegistrationMethod.New(fixed, moving)
             elastix.SetParameterObject(parameters)
             elastix.SetLogToConsole(False)
@@ -52,6 +54,7 @@ class FdkElastix(FdkSystem):
             transformix = itk.TransformixFilter.New(moving)
             transformix.SetTransformParameterObject(elastix.GetTransformParameterObject())
             transformix.SetComputeDeformationField(True)
+            transformix.SetOutputDirectory(folder)
             transformix.SetLogToConsole(False)
             transformix.UpdateLargestPossibleRegion()
             vectors = itk.array_from_image(transformix.GetOutputDeformationField())

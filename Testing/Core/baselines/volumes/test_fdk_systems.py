@@ -50,8 +50,10 @@ def fit(system, study):
     "system",
     [FdkGreedy, *(pytest.param(each, marks=pytest.mark.long) for each in WITHOUT_WEIGHTS[1:])],
 )
-def test_nine_views_beat_doing_nothing(system, case):
+def test_nine_views_beat_doing_nothing(system, case, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     motion = fit(system, case.study)
+    assert not list(tmp_path.iterdir())  # nothing is written where the user stands
     found, at_rest = case.errors(motion.field)
     assert found < 0.9 * at_rest
     # The grid: at most 4 mm, over the whole CT.
