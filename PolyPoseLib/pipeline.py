@@ -161,6 +161,10 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
         agreement,
         visibility,
         uncertainties,
+        {
+            k: each.across_mm(joint.cameras, joint.poses[k], run.scene.centres[k])
+            for k, each in uncertainties.items()
+        },
         [xray.maybe_distorted for xray in cameras.xrays],
         magnification,
         breaks(run.scene, joint.poses),

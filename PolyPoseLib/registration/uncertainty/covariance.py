@@ -20,6 +20,9 @@ from PolyPoseLib.registration.fit.linearised import Linearised
 from PolyPoseLib.registration.fit.problem import RigidProblem, State
 from PolyPoseLib.registration.fit.refutation import PATCHES_PER_CLUSTER, cluster_sums
 
+NORMAL_95 = 1.96
+"""Half width of a 95 % interval in standard deviations."""
+
 INFLATION = 5.0
 """Factor on the standard deviations for errors that the residual does not show: soft tissue that moves otherwise than
 the model shifts all of an edge one way. Measured on simulated cases, see Testing/Benchmarks/accuracy.py."""
@@ -96,7 +99,7 @@ class PoseUncertainty:
     @property
     def widest_mm(self) -> float:
         """Half width of the 95 % interval of the centroid along its least certain direction."""
-        return float(1.96 * np.sqrt(np.linalg.eigvalsh(self.covariance[3:, 3:])[-1]))
+        return float(NORMAL_95 * np.sqrt(np.linalg.eigvalsh(self.covariance[3:, 3:])[-1]))
 
     def with_error(self, other: PoseUncertainty) -> PoseUncertainty:
         """With an independent error more."""
@@ -129,22 +132,23 @@ class PoseUncertainty:
             As ``result.json`` holds it.
 
         """
-        in_fixed = np.linalg.inv(fixed_to_moving) @ np.r_[centre, 1.0]
-        directions = np.array([in_fixed[:3] - camera.source for camera in cameras])
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        basis = _basis_along(fixed_to_moving[:3, :3] @ _common_direction(directions))
-        shift = basis @ self.covariance[3:, 3:] @ basis.T
-        turn = np.degrees(np.degrees(basis @ self.covariance[:3, :3] @ basis.T))
-        factor = 1.96
+        basis = _beam_basis(cameras, fixed_to_moving, centre)
+        shift = _half_widths(self.covariance[3:, 3:], basis)
+        turn = np.degrees(_half_widths(self.covariance[:3, :3], basis))
         return {
             "covariance": self.covariance.tolist(),
             "level": 0.95,
-            "along_mm": float(factor * np.sqrt(shift[2, 2])),
-            "across_mm": [float(factor * np.sqrt(shift[0, 0])), float(factor * np.sqrt(shift[1, 1]))],
-            "rotation_about_view_deg": float(factor * np.sqrt(turn[2, 2])),
-            "rotation_across_deg": [float(factor * np.sqrt(turn[0, 0])), float(factor * np.sqrt(turn[1, 1]))],
+            "along_mm": float(shift[2]),
+            "across_mm": shift[:2].tolist(),
+            "rotation_about_view_deg": float(turn[2]),
+            "rotation_across_deg": turn[:2].tolist(),
             "directions": {"along": basis[2].tolist(), "across": basis[:2].tolist()},
         }
+
+    def across_mm(self, cameras: list[Camera], fixed_to_moving: np.ndarray, centre: np.ndarray) -> float:
+        """Half width of the larger 95 % interval across the common viewing direction, as :meth:`to_dict` states it."""
+        basis = _beam_basis(cameras, fixed_to_moving, centre)
+        return float(_half_widths(self.covariance[3:, 3:], basis)[:2].max())
 
     def contains(self, delta: np.ndarray, level: float = 0.95) -> bool:
         """Whether a perturbation (6,) lies inside the ellipsoid of the given probability."""
@@ -213,6 +217,19 @@ def score_statistics(
         sums = cluster_sums(weighted * linear.residual, PATCHES_PER_CLUSTER * view.contrast.size)
         spread[where] += sums @ sums.T
     return curvature, spread
+
+
+def _half_widths(covariance: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """(3,) of the 95 % intervals along the rows of an orthonormal basis (3, 3)."""
+    return NORMAL_95 * np.sqrt(np.diag(basis @ covariance @ basis.T))
+
+
+def _beam_basis(cameras: list[Camera], fixed_to_moving: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """(3, 3) orthonormal rows in the CT, the last one along the views' common direction at a structure's centroid."""
+    in_fixed = np.linalg.inv(fixed_to_moving) @ np.r_[centre, 1.0]
+    directions = np.array([in_fixed[:3] - camera.source for camera in cameras])
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return _basis_along(fixed_to_moving[:3, :3] @ _common_direction(directions))
 
 
 def _common_direction(directions: np.ndarray) -> np.ndarray:

@@ -19,6 +19,10 @@ from PolyPoseLib.registration.uncertainty.united import UnitedBones
 WIDE_MM = 5.0
 """Half width of a 95 % interval beyond which a pose is doubtful."""
 
+VAGUE_MM = 10.0
+"""Half width of a 95 % interval across the beam beyond which a pose is hardly more than a guess: a bone that no X-ray
+shows clearly, or that some contradict, and that the images alone would place within 2 mm at best."""
+
 OUTSIDE, HIDDEN, CLIPPED = 0.25, 0.1, 0.25
 """Shares of a structure beside the picture, behind metal, or clipped by a window that are worth a word."""
 
@@ -45,6 +49,8 @@ class Evidence:
         Of the same.
     uncertainties : mapping of int to PoseUncertainty
         By structure; those of inconsistent ones do not matter, and it may be empty.
+    across_mm : mapping of int to float
+        Half widths of the same structures' 95 % intervals across the beam.
     distorted : sequence of bool
         Which X-rays may be.
     magnification : float
@@ -60,6 +66,7 @@ class Evidence:
     agreement: Agreement
     visibility: Visibility
     uncertainties: Mapping[int, PoseUncertainty]
+    across_mm: Mapping[int, float]
     distorted: Sequence[bool]
     magnification: float = 1.0
     breaks: Sequence[Break] = ()
@@ -117,15 +124,18 @@ def _united(scene: Scene, evidence: Evidence) -> UnitedBones:
 
 
 def reasons_against_most(scene: Scene, evidence: Evidence) -> list[str]:
-    """A reason for distrust where X-rays contradict, or do not show, more than half of the structures that may move.
+    """A reason for distrust where X-rays contradict, hardly show or hardly place more than half of what may move.
 
-    Those that lie in no X-ray do not count.
+    Structures that lie in no X-ray do not count.
     """
     agreement, inconsistent = evidence.agreement, evidence.agreement.inconsistent(scene.anchor)
     moving = [k for k in scene.moving if agreement.in_picture[k] or k in inconsistent]
     faint = [k for k in moving if agreement.is_faint[k]]
     against = [k for k in inconsistent if k not in faint]
-    if 2 * len(faint + against) <= len(moving):
+    vague = [
+        k for k in moving if evidence.across_mm.get(k, 0.0) > VAGUE_MM and k not in faint and k not in against
+    ]
+    if 2 * len(faint + against + vague) <= len(moving):
         return []
     said, checks = [], []
     if against:
@@ -138,6 +148,13 @@ def reasons_against_most(scene: Scene, evidence: Evidence) -> list[str]:
         checks.append("the cameras")
     if faint:
         said.append(f"hardly show {len(faint)} of {len(moving)} structures that lie in them")
+    if vague:
+        within = VAGUE_MM / evidence.magnification
+        said.append(
+            f"leave {len(vague)} of {len(moving)} structures uncertain by more than {within:.2g} mm across the beam"
+        )
+        checks.append("that the X-rays are sharp, well exposed and free of distortion")
+    if faint or vague:
         checks.append("that each label covers a whole bone, with its cortex")
     checks.append("whether CT, labels and X-rays belong together")
     return [f"The X-rays {listed(said)}: check {listed(checks)}."]

@@ -89,4 +89,5 @@ def test_opposite_views_have_their_axis_in_common(seed: int) -> None:
         stated = PoseUncertainty(covariance).to_dict(cameras, np.eye(4), np.zeros(3))
         assert stated["along_mm"] > 1.9 * 9
         assert max(stated["across_mm"]) < 1.96 * 3.5
+        assert PoseUncertainty(covariance).across_mm(cameras, np.eye(4), np.zeros(3)) == max(stated["across_mm"])
         assert np.isfinite(stated["rotation_across_deg"]).all()

@@ -11,6 +11,7 @@ from PolyPoseLib.registration.bones.rows import Break
 from PolyPoseLib.registration.bones.visibility import Visibility
 from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
 from PolyPoseLib.registration.uncertainty.doubts import (
+    VAGUE_MM,
     WIDE_MM,
     Evidence,
     disputed_warnings,
@@ -48,6 +49,7 @@ def evidence(**changes) -> Evidence:
         Agreement(*(arrays[name] for name in ("residuals", "support", "contrast", "shown_share"))),
         Visibility(arrays["outside"], arrays["hidden"], arrays["clipped"]),
         uncertainties,
+        changes.pop("across_mm", {FEMUR: 1.0, SPINE: 1.0}),
         changes.pop("distorted", [False, False]),
         **changes,
     )
@@ -173,6 +175,29 @@ def test_most_bones_contradicted_are_a_reason_for_distrust():
     at = {name: {**faint[name], **wrong.get(name, {})} for name in faint}
     (reason,) = reasons_against_most(SCENE, evidence(at=at))
     assert "contradict the poses of 1 of 2 structures and hardly show 1 of 2" in reason
+
+
+@pytest.mark.parametrize("magnification", [1.0, 4.0])
+def test_most_bones_that_are_hardly_placed_are_a_reason_for_distrust(magnification):
+    """Along the beam alone they may be as uncertain as one X-ray leaves them."""
+    along = PoseUncertainty.shift_along(np.array([0.0, 1.0, 0.0]), 20.0)
+    assert reasons_against_most(SCENE, evidence(uncertainties={FEMUR: along, SPINE: along})) == []
+    one = {FEMUR: 2.0 * VAGUE_MM, SPINE: 0.9 * VAGUE_MM}
+    assert reasons_against_most(SCENE, evidence(across_mm=one)) == []
+    both = dict.fromkeys(one, 1.1 * VAGUE_MM)
+    (reason,) = reasons_against_most(SCENE, evidence(across_mm=both, magnification=magnification))
+    within = f"{10 / magnification:g} mm across the beam"
+    assert f"leave 2 of 2 structures uncertain by more than {within}" in reason
+    assert "sharp, well exposed" in reason and "whole bone" in reason
+
+
+def test_bones_hardly_placed_and_contradicted_count_together_but_once():
+    (reason,) = reasons_against_most(SCENE, evidence(at=against(FEMUR), across_mm={SPINE: 2.0 * VAGUE_MM}))
+    assert "contradict the poses of 1 of 2 structures and leave 1 of 2 structures uncertain" in reason
+    twice = evidence(at=against(FEMUR), across_mm={FEMUR: 2.0 * VAGUE_MM})
+    assert reasons_against_most(SCENE, twice) == []
+    beside = evidence(at=unseen(SPINE), across_mm={SPINE: 9.0 * VAGUE_MM})
+    assert reasons_against_most(SCENE, beside) == []
 
 
 def parts(*off: tuple[int | None, float]) -> list[PartAgreement]:
