@@ -63,11 +63,13 @@ from PolyPoseLib.registration.uncertainty.doubts import (
     unseen_warnings,
 )
 from PolyPoseLib.registration.uncertainty.intervals import (
-    structure_uncertainties,
+    image_uncertainties,
     systematic_error,
     widened_where_united,
+    with_allowances,
 )
 from PolyPoseLib.registration.uncertainty.shrinkage import likeliest_poses
+from PolyPoseLib.registration.uncertainty.widths import widths_of
 from PolyPoseLib.rendering.select import device_of, must_compile, select_backend, torch_device_of
 
 if TYPE_CHECKING:
@@ -144,16 +146,17 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
     with monitor.timed("uncertainty"):
         visibility = structure_visibility(run.scene, final, joint.poses)
         inconsistent = agreement.inconsistent(run.scene.anchor)
-        uncertainties = {}
+        uncertainties, widths = {}, {}
         if options.uncertainty:
             systematic = systematic_error(study.ct, cameras.xrays, final, run.scene.anchor_centre)
             covariance = joint_covariance(joint.problem, joint.state)
-            uncertainties = structure_uncertainties(
-                run, joint, covariance, agreement, visibility.hidden_share, systematic
-            )
+            told = image_uncertainties(run, joint, covariance, agreement)
+            hidden = visibility.hidden_share
+            uncertainties = with_allowances(run, joint, told, agreement, hidden, systematic)
             if preset.shrinks:
                 joint = joint.with_poses(likeliest_poses(joint, covariance, uncertainties, inconsistent))
             uncertainties = widened_where_united(uncertainties, agreement)
+            widths = widths_of(run.scene, joint, agreement, uncertainties, told)
     with monitor.timed("scoring"):
         after = score_views(run, final, joint.poses)
     evidence = Evidence(
@@ -161,10 +164,7 @@ def _register(study: Study, options: Options, monitor: Monitor, magnification: f
         agreement,
         visibility,
         uncertainties,
-        {
-            k: each.across_mm(joint.cameras, joint.poses[k], run.scene.centres[k])
-            for k, each in uncertainties.items()
-        },
+        widths,
         [xray.maybe_distorted for xray in cameras.xrays],
         magnification,
         breaks(run.scene, joint.poses),
@@ -253,7 +253,7 @@ def _soft_tissue(
         Scene(study.ct, study.structures, study.anchor),
         options.weight_frame or preset.weight_frame,
         options.weights or preset.weights,
-        options.epsilon or 0.1,
+        0.1 if options.epsilon is None else options.epsilon / magnification**2,
         preset.rotation_reach_mm if reach is None else reach * magnification,
         device,
     )

@@ -173,7 +173,13 @@ def holds_bones_alone(ct: Volume, structures: Structures) -> bool:
 
 
 def body_points(body: Body, most: int = 1500) -> np.ndarray:
-    """(N, 3) LPS mm, about ``most`` points spread over a body's voxels."""
-    index = np.argwhere(body.voxels > 0.1 * body.voxels.max())[:, ::-1]
+    """(N, 3) LPS mm, N at least 1, about ``most`` points spread over a body's voxels, or its centre where it has none.
+
+    A body that is nowhere denser than what fills its place, such as an airway, is where it is thinner.
+    """
+    excess = body.voxels if body.voxels.max() > 0 else -body.voxels
+    index = np.argwhere(excess > 0.1 * excess.max())[:, ::-1]
+    if not len(index):
+        return body.centre[None]
     index = index[:: max(1, len(index) // most)]
     return index @ body.affine[:3, :3].T + body.affine[:3, 3]

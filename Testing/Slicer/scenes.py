@@ -132,7 +132,11 @@ def camera_matrix() -> tuple[np.ndarray, np.ndarray]:
 
 
 def result(
-    ct_affine: np.ndarray | None = None, distrust: tuple[str, ...] = (), warped: np.ndarray | None = None
+    ct_affine: np.ndarray | None = None,
+    distrust: tuple[str, ...] = (),
+    warped: np.ndarray | None = None,
+    warnings: tuple[str, ...] = ("something was odd",),
+    doubts: tuple[str, ...] = (),
 ):
     """A PolyPoseLib Result of two structures and two views."""
     from PolyPoseLib.data.displacement_field import DisplacementField
@@ -149,14 +153,14 @@ def result(
     return Result(
         structures={
             "pelvis": StructureResult.from_pose(np.eye(4), np.array([10.0, -20.0, 30.0])),
-            "femur": StructureResult.from_pose(pose, np.array([30.0, -20.0, 20.0]), interval),
+            "femur": StructureResult.from_pose(pose, np.array([30.0, -20.0, 20.0]), interval, doubts),
         },
         cameras=[CameraResult(camera, 0.9 - n / 10, f"view{n}") for n in range(2)],
         history=[{"stage": "joint", "iteration": n, "similarity": 0.1 * n} for n in range(9)],
         seconds={"joint": 1.5, "total": 1.9},
         device="cpu",
         versions={"polypose": "test"},
-        warnings=["something was odd"],
+        warnings=list(warnings),
         warped_ct=Volume(voxels(), matrix),
         warped_labels=Volume(labels() if warped is None else warped, matrix),
         transform=DisplacementField(*field(matrix)),

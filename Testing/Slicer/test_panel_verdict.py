@@ -84,6 +84,11 @@ class BannerTest(PanelCase):
         slicer.mrmlScene.Clear()
         self.assertTrue(banner.isHidden())
 
+    def test_the_banner_is_no_good_one_where_a_bone_is_doubtful(self) -> None:
+        self.load(warnings=(), doubts=("no X-ray shows it clearly",))
+        self.assertIn("Check what is named", self.ui.verdictLabel.text)
+        self.assertIn("femur: no X-ray shows it clearly", self.ui.reviewState.text)
+
     def keys(self) -> dict[str, qt.QShortcut]:
         window = slicer.util.mainWindow() or self.panel._shortcuts._form
         return {each.key.toString(): each for each in window.findChildren(qt.QShortcut)}

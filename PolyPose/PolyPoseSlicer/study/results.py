@@ -43,7 +43,7 @@ class OutputNodes:
     made : list of vtkMRMLNode
         Those that did not exist before.
     warnings, distrust : tuples of str
-        What a person should check, and why the result must not be trusted.
+        What a person should check, doubtful bones included, and why the result must not be trusted.
     seconds : dict
         Computing time by stage, and in all ("total").
     device : str
@@ -136,8 +136,10 @@ def fill_nodes(loaded: LoadedResult, nodes: OutputNodes, style: InputStyle, name
     style: of the inputs; number n of its segments has label n + 1 in the result.
     name: begins the names of new nodes.
     """
+    from PolyPoseLib.io.report.words import cautions
+
     result = loaded.result
-    nodes.warnings, nodes.distrust = tuple(result.warnings), tuple(result.distrust)
+    nodes.warnings, nodes.distrust = tuple(cautions(result)), tuple(result.distrust)
     nodes.seconds, nodes.device, nodes.report = dict(result.seconds), result.device, loaded.report
     nodes.transform = _node(nodes, nodes.transform, "vtkMRMLGridTransformNode", _("{name} transform"), name)
     set_grid_transform(nodes.transform, result.transform.vectors, result.transform.affine)

@@ -104,22 +104,30 @@ def headline(result: Result) -> Headline:
     """What a person should know first."""
     if not result.trusted:
         return Headline(f"Not to be trusted: {count(len(result.distrust), 'reason')}, see below.", "bad")
+    if depth := depth_caution(result):
+        return Headline(depth, "caution")
     doubtful = sum(bool(each.doubts) for each in result.structures.values())
-    if len(result.cameras) < 2:
-        return Headline(
-            "One X-ray only: depth along its beam is hardly known, and nothing contradicts a wrong pose.",
-            "caution",
-        )
-    if largest_angle_deg(result) < ONE_DIRECTION_DEG:
-        return Headline(
-            "All X-rays were taken from about one direction: depth along it is hardly known.", "caution"
-        )
     if doubtful:
         verb = "is" if doubtful == 1 else "are"
         bones = count(len(result.structures), "bone")
         return Headline(f"{doubtful} of {bones} {verb} uncertain; the reasons are below.", "caution")
     warnings = f" {count(len(result.warnings), 'warning')}, see below." if result.warnings else ""
     return Headline(f"No sign of failure; check the outlines yourself.{warnings}", "good")
+
+
+def depth_caution(result: Result) -> str:
+    """A sentence about depth that the X-rays do not show; empty where they were taken from several directions."""
+    if len(result.cameras) < 2:
+        return "One X-ray only: depth along its beam is hardly known, and nothing contradicts a wrong pose."
+    if largest_angle_deg(result) < ONE_DIRECTION_DEG:
+        return "All X-rays were taken from about one direction: depth along it is hardly known."
+    return ""
+
+
+def cautions(result: Result) -> list[str]:
+    """What to check before a result is used: its warnings, and what they do not tell of depth and of single bones."""
+    said = [text for text, tone in notes(result) if tone == "caution"]
+    return [text for text in (depth_caution(result), *said) if text]
 
 
 def largest_angle_deg(result: Result) -> float:

@@ -8,7 +8,7 @@ of the scores times inverse curvature (Liang and Zeger, Biometrika 73, 1986).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -99,7 +99,7 @@ class PoseUncertainty:
     @property
     def widest_mm(self) -> float:
         """Half width of the 95 % interval of the centroid along its least certain direction."""
-        return float(NORMAL_95 * np.sqrt(np.linalg.eigvalsh(self.covariance[3:, 3:])[-1]))
+        return _widest(self.covariance[3:, 3:])
 
     def with_error(self, other: PoseUncertainty) -> PoseUncertainty:
         """With an independent error more."""
@@ -145,10 +145,26 @@ class PoseUncertainty:
             "directions": {"along": basis[2].tolist(), "across": basis[:2].tolist()},
         }
 
-    def across_mm(self, cameras: list[Camera], fixed_to_moving: np.ndarray, centre: np.ndarray) -> float:
-        """Half width of the larger 95 % interval across the common viewing direction, as :meth:`to_dict` states it."""
-        basis = _beam_basis(cameras, fixed_to_moving, centre)
-        return float(_half_widths(self.covariance[3:, 3:], basis)[:2].max())
+    def across_mm(self, cameras: Sequence[Camera], fixed_to_moving: np.ndarray, centre: np.ndarray) -> float:
+        """Half width of the 95 % interval of the centroid along the least certain direction across the beams.
+
+        cameras: of the views to count; the rest as :meth:`to_dict` takes it.
+        """
+        across = _beam_basis(cameras, fixed_to_moving, centre)[:2]
+        return _widest(across @ self.covariance[3:, 3:] @ across.T)
+
+    def of_points_mm(self, offsets: np.ndarray) -> float:
+        """Root mean square over points of the half width of their 95 % intervals, along their least certain direction.
+
+        offsets: (P, 3) mm in the CT, from the structure's centroid.
+        """
+        x, y, z = offsets.T
+        zero = np.zeros_like(x)
+        turns = np.stack([zero, z, -y, -z, zero, x, y, -x, zero], axis=1).reshape(-1, 3, 3)
+        moves = np.concatenate(
+            [turns, np.broadcast_to(np.eye(3), turns.shape)], axis=2
+        )  # (P, 3, 6) mm per rad and mm
+        return _widest(np.mean(moves @ self.covariance @ moves.transpose(0, 2, 1), axis=0))
 
     def contains(self, delta: np.ndarray, level: float = 0.95) -> bool:
         """Whether a perturbation (6,) lies inside the ellipsoid of the given probability."""
@@ -219,12 +235,17 @@ def score_statistics(
     return curvature, spread
 
 
+def _widest(covariance: np.ndarray) -> float:
+    """Half width of the 95 % interval along the least certain direction of a covariance (D, D)."""
+    return float(NORMAL_95 * np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+
+
 def _half_widths(covariance: np.ndarray, basis: np.ndarray) -> np.ndarray:
     """(3,) of the 95 % intervals along the rows of an orthonormal basis (3, 3)."""
     return NORMAL_95 * np.sqrt(np.diag(basis @ covariance @ basis.T))
 
 
-def _beam_basis(cameras: list[Camera], fixed_to_moving: np.ndarray, centre: np.ndarray) -> np.ndarray:
+def _beam_basis(cameras: Sequence[Camera], fixed_to_moving: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """(3, 3) orthonormal rows in the CT, the last one along the views' common direction at a structure's centroid."""
     in_fixed = np.linalg.inv(fixed_to_moving) @ np.r_[centre, 1.0]
     directions = np.array([in_fixed[:3] - camera.source for camera in cameras])

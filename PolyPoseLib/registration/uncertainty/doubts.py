@@ -13,15 +13,21 @@ from PolyPoseLib.registration.bones.agreement import Agreement
 from PolyPoseLib.registration.bones.rows import Break
 from PolyPoseLib.registration.bones.visibility import Visibility
 from PolyPoseLib.registration.scene import Scene
-from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
+from PolyPoseLib.registration.uncertainty.covariance import NORMAL_95, PoseUncertainty
+from PolyPoseLib.registration.uncertainty.intervals import HIDDEN_SHARE, UNCONFIRMED_MM
 from PolyPoseLib.registration.uncertainty.united import UnitedBones
+from PolyPoseLib.registration.uncertainty.widths import Widths
 
 WIDE_MM = 5.0
 """Half width of a 95 % interval beyond which a pose is doubtful."""
 
-VAGUE_MM = 10.0
-"""Half width of a 95 % interval across the beam beyond which a pose is hardly more than a guess: a bone that no X-ray
-shows clearly, or that some contradict, and that the images alone would place within 2 mm at best."""
+WIDE_POINTS_MM = 6.0
+"""The same of its points, turns included. A right clavicle or rib, which may turn about itself, comes up to that."""
+
+LOOSE_MM = 3.0
+VAGUE_MM = float(np.hypot(NORMAL_95 * UNCONFIRMED_MM, LOOSE_MM))
+"""Half width of a 95 % interval across the beam, by the images alone, beyond which a pose is hardly more than a guess:
+of a bone that no X-ray shows clearly, and whose residual alone would leave it uncertain by more than LOOSE_MM."""
 
 OUTSIDE, HIDDEN, CLIPPED = 0.25, 0.1, 0.25
 """Shares of a structure beside the picture, behind metal, or clipped by a window that are worth a word."""
@@ -49,8 +55,8 @@ class Evidence:
         Of the same.
     uncertainties : mapping of int to PoseUncertainty
         By structure; those of inconsistent ones do not matter, and it may be empty.
-    across_mm : mapping of int to float
-        Half widths of the same structures' 95 % intervals across the beam.
+    widths : mapping of int to Widths
+        Of the same structures.
     distorted : sequence of bool
         Which X-rays may be.
     magnification : float
@@ -66,7 +72,7 @@ class Evidence:
     agreement: Agreement
     visibility: Visibility
     uncertainties: Mapping[int, PoseUncertainty]
-    across_mm: Mapping[int, float]
+    widths: Mapping[int, Widths]
     distorted: Sequence[bool]
     magnification: float = 1.0
     breaks: Sequence[Break] = ()
@@ -102,13 +108,23 @@ def doubts_about(scene: Scene, evidence: Evidence) -> dict[int, tuple[str, ...]]
         elif k in inconsistent:
             against = _those(evidence.names, contradicted[k])
             doubts[k] = (f"its rendering does not match {against}", *_causes(scene, evidence, k))
-        elif k in evidence.uncertainties and evidence.uncertainties[k].widest_mm > WIDE_MM:
+        elif _is_wide(evidence, k):
             doubts[k] = tuple(_causes(scene, evidence, k)) or ("the X-rays determine its pose weakly",)
         elif agreement.is_faint[k]:
             doubts[k] = (FAINT_LABEL,)
         elif agreement.parts_off(k):
             doubts[k] = (_united(scene, evidence).clause(k),)
     return doubts
+
+
+def _is_wide(evidence: Evidence, k: int) -> bool:
+    """Whether a structure's interval is wide or, where none was asked for, would be for what is known without it."""
+    if k in evidence.widths:
+        widths = evidence.widths[k]
+        return widths.centroid_mm > WIDE_MM or widths.points_mm > WIDE_POINTS_MM
+    slipped = any(k in each.slipped and each.apart_mm > WIDE_MM for each in evidence.breaks)
+    hidden = evidence.visibility.hidden_share[k] >= HIDDEN_SHARE
+    return bool(slipped or hidden or not evidence.agreement.is_clear[k])
 
 
 def united_warnings(scene: Scene, evidence: Evidence) -> list[str]:
@@ -133,7 +149,12 @@ def reasons_against_most(scene: Scene, evidence: Evidence) -> list[str]:
     faint = [k for k in moving if agreement.is_faint[k]]
     against = [k for k in inconsistent if k not in faint]
     vague = [
-        k for k in moving if evidence.across_mm.get(k, 0.0) > VAGUE_MM and k not in faint and k not in against
+        k
+        for k in moving
+        if k in evidence.widths
+        and evidence.widths[k].across_mm > VAGUE_MM
+        and k not in faint
+        and k not in against
     ]
     if 2 * len(faint + against + vague) <= len(moving):
         return []
@@ -149,9 +170,9 @@ def reasons_against_most(scene: Scene, evidence: Evidence) -> list[str]:
     if faint:
         said.append(f"hardly show {len(faint)} of {len(moving)} structures that lie in them")
     if vague:
-        within = VAGUE_MM / evidence.magnification
+        within = _mm(VAGUE_MM / evidence.magnification)
         said.append(
-            f"leave {len(vague)} of {len(moving)} structures uncertain by more than {within:.2g} mm across the beam"
+            f"leave {len(vague)} of {len(moving)} structures uncertain by more than {within} across the beam"
         )
         checks.append("that the X-rays are sharp, well exposed and free of distortion")
     if faint or vague:
@@ -206,10 +227,10 @@ def _causes(scene: Scene, evidence: Evidence, k: int) -> Iterator[str]:
     if apart is not None:
         moved, across = apart.apart_mm / evidence.magnification, scene.names[apart.across]
         bones = "it has" if len(apart.slipped) == 1 else f"it and {_others(scene, apart, k)} have"
-        yield f'{bones} moved {moved:.0f} mm against "{across}" beside it'
+        yield f'{bones} moved {_mm(moved)} against "{across}" beside it'
     rival = evidence.uncertainties[k].rival_mm if k in evidence.uncertainties else 0.0
     if rival >= LEAST_RIVAL_MM:
-        yield f"another place, {rival / evidence.magnification:.0f} mm away, fits the X-rays as well"
+        yield f"another place, {_mm(rival / evidence.magnification)} away, fits the X-rays as well"
     if not agreement.is_clear[k]:
         yield "no X-ray shows it clearly"
     if agreement.parts_off(k):
@@ -219,6 +240,11 @@ def _causes(scene: Scene, evidence: Evidence, k: int) -> Iterator[str]:
         yield f"only {_those(evidence.names, shows)} shows it"
     if shows.any() and np.nanmax(agreement.contrast[k]) < FAINT:
         yield "it stands out little from the soft tissue"
+
+
+def _mm(length: float) -> str:
+    """A length with its unit, to two digits at most."""
+    return f"{length:.0f} mm" if length >= 10 else f"{length:.2g} mm"
 
 
 def _others(scene: Scene, apart: Break, k: int) -> str:

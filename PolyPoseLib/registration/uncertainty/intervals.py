@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -41,15 +41,10 @@ CLIPPED_DEG, CLIPPED_MM = 1.5, 1.5
 have them, and bones were up to 3.3 mm off."""
 
 
-def structure_uncertainties(
-    run: Run,
-    joint: JointResult,
-    covariance: np.ndarray,
-    agreement: Agreement,
-    hidden: np.ndarray,
-    systematic: PoseUncertainty | None = None,
+def image_uncertainties(
+    run: Run, joint: JointResult, covariance: np.ndarray, agreement: Agreement
 ) -> dict[int, PoseUncertainty]:
-    """Of every pose that was fitted.
+    """What the images alone tell of every pose that was fitted.
 
     Parameters
     ----------
@@ -61,10 +56,6 @@ def structure_uncertainties(
         Of all its free poses, see :func:`joint_covariance`.
     agreement : Agreement
         Of the structures with the X-rays.
-    hidden : (K,) ndarray
-        Shares, 0 to 1, of the structures that metal hides.
-    systematic : PoseUncertainty, optional
-        An error that all poses may have, whatever the images show.
 
     Returns
     -------
@@ -75,14 +66,47 @@ def structure_uncertainties(
     inconsistent = agreement.inconsistent(run.scene.anchor)
     of_all = pose_uncertainties(joint.problem, covariance)
     consistent = {k: each for k, each in of_all.items() if k not in inconsistent}
-    apart = {k: each.apart_mm for each in reversed(breaks(run.scene, joint.poses)) for k in each.slipped}
     step = run.named("uncertainty").step
-    stated = {k: PoseUncertainty.doubted() for k in of_all}
+    told = {k: PoseUncertainty.doubted() for k in of_all}
     for k, each in widened_by_local_minima(joint.problem, joint.state, consistent, step).items():
         contrast = agreement.contrast[k]
-        stated[k] = each if np.isnan(contrast).all() else each.at_contrast(float(np.nanmean(contrast)))
+        told[k] = each if np.isnan(contrast).all() else each.at_contrast(float(np.nanmean(contrast)))
         if not agreement.is_clear[k]:
-            stated[k] = stated[k].with_error(PoseUncertainty.independent(UNCONFIRMED_DEG, UNCONFIRMED_MM))
+            told[k] = told[k].with_error(PoseUncertainty.independent(UNCONFIRMED_DEG, UNCONFIRMED_MM))
+    return told
+
+
+def with_allowances(
+    run: Run,
+    joint: JointResult,
+    told: Mapping[int, PoseUncertainty],
+    agreement: Agreement,
+    hidden: np.ndarray,
+    systematic: PoseUncertainty | None = None,
+) -> dict[int, PoseUncertainty]:
+    """Uncertainties that allow for what the images do not tell.
+
+    Parameters
+    ----------
+    run, joint, agreement
+        As :func:`image_uncertainties` takes them.
+    told : mapping of int to PoseUncertainty
+        What the images tell, by index of the structure.
+    hidden : (K,) ndarray
+        Shares, 0 to 1, of the structures that metal hides.
+    systematic : PoseUncertainty, optional
+        An error that all poses may have, whatever the images show.
+
+    Returns
+    -------
+    dict of int to PoseUncertainty
+        Of the same structures.
+
+    """
+    inconsistent = agreement.inconsistent(run.scene.anchor)
+    apart = {k: each.apart_mm for each in reversed(breaks(run.scene, joint.poses)) for k in each.slipped}
+    stated = dict(told)
+    for k in told.keys() - set(inconsistent):
         in_fixed = (rigid_inverse(joint.poses[k]) @ np.append(run.scene.centres[k], 1.0))[:3]
         beside = run.soft_tissue.motion_around(in_fixed)
         stated[k] = stated[k].with_error(error_beside_soft_motion(beside))

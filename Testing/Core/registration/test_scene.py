@@ -1,11 +1,21 @@
 """What is rendered of a CT: its bones and its soft tissue, or, of bones in air, what they add to soft tissue."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from phantom_study import phantom
 
 from PolyPoseLib.data.volume import WATER_ATTENUATION_PER_MM, Volume
-from PolyPoseLib.registration.scene import AIR_HU, SOFT_TISSUE_HU, Scene, holds_bones_alone, with_air
+from PolyPoseLib.registration.scene import (
+    AIR_HU,
+    SOFT_TISSUE_HU,
+    Scene,
+    body_points,
+    holds_bones_alone,
+    with_air,
+)
+from PolyPoseLib.rendering.rigid import Body
 
 
 @pytest.fixture(scope="module")
@@ -74,3 +84,17 @@ def test_no_other_ct_gets_air(whole):
         assert with_air(given) is given
     cropped = Volume(ct.voxels[box], ct.affine)
     assert with_air(cropped) is cropped
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_every_body_has_points_whether_dense_thin_or_nothing(seed):
+    """An airway is thinner than what fills its place; a structure may be lost between coarse voxels."""
+    rng = np.random.default_rng(seed)
+    voxels = np.zeros((9, 10, 11), np.float32)
+    voxels[3:6, 4:7, 2:8] = rng.uniform(0.5, 1.0, (3, 3, 6))
+    affine = np.diag([2.0, 2.0, 3.0, 1.0])
+    body = Body(voxels, affine, rng.normal(size=3))
+    dense, thin, nothing = (body_points(replace(body, voxels=sign * voxels)) for sign in (1, -1, 0))
+    assert len(dense) == 54 and np.isfinite(dense).all()
+    np.testing.assert_array_equal(thin, dense)
+    np.testing.assert_array_equal(nothing, body.centre[None])

@@ -6,7 +6,7 @@ import pytest
 from report_case import seen_result
 
 from PolyPoseLib.io.report.levels import level_curves
-from PolyPoseLib.io.report.words import bone_lines, headline, notes, number
+from PolyPoseLib.io.report.words import bone_lines, cautions, headline, notes, number
 
 
 @pytest.mark.parametrize("value", [-0.0, 0.0, -0.04, 0.04, -1e-300, -0.0499999])
@@ -43,6 +43,20 @@ def test_only_a_result_without_doubts_from_two_directions_has_a_green_headline()
     bad = seen_result(views=1)
     bad.distrust = ("the similarity did not rise",)
     assert headline(bad).tone == "bad" and "1 reason," in headline(bad).text
+
+
+@pytest.mark.parametrize(("views", "degrees"), [(1, 0.0), (2, 5.0), (2, 90.0)])
+@pytest.mark.parametrize("doubts", [True, False])
+def test_cautions_are_all_that_keeps_the_headline_from_green(views, degrees, doubts):
+    result = seen_result(views=views, degrees=degrees)
+    result.warnings = []
+    if doubts:
+        doubtful(result)
+    assert bool(cautions(result)) == (headline(result).tone != "good")
+    assert any("femur: metal hides it." in text for text in cautions(result)) == doubts
+    result.warnings = ['"femur" is off: metal hides it.', "the CT is old"]
+    assert cautions(result)[-2:] == result.warnings
+    assert sum("metal hides it" in text for text in cautions(result)) == 1
 
 
 def test_bones_are_told_in_words_with_units_and_without_minus_zero():

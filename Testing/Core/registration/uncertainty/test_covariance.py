@@ -89,5 +89,39 @@ def test_opposite_views_have_their_axis_in_common(seed: int) -> None:
         stated = PoseUncertainty(covariance).to_dict(cameras, np.eye(4), np.zeros(3))
         assert stated["along_mm"] > 1.9 * 9
         assert max(stated["across_mm"]) < 1.96 * 3.5
-        assert PoseUncertainty(covariance).across_mm(cameras, np.eye(4), np.zeros(3)) == max(stated["across_mm"])
+        assert PoseUncertainty(covariance).across_mm(cameras, np.eye(4), np.zeros(3)) == max(
+            stated["across_mm"]
+        )
         assert np.isfinite(stated["rotation_across_deg"]).all()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_how_wide_an_interval_across_the_beam_is_does_not_depend_on_the_axes(seed: int) -> None:
+    """7 mm in any direction across one beam, which lies anyhow, and nothing else but 1 mm along it."""
+    rng = np.random.default_rng(seed)
+    (camera,) = view_cameras(phantom()[0], (0.0,), 120, detector_mm=330.0)
+    axis = camera.extrinsic[2, :3]
+    across = np.cross(axis, rng.normal(size=3))
+    across /= np.linalg.norm(across)
+    pose = perturbation(rng.normal(size=6) * np.r_[np.full(3, 0.5), np.full(3, 9.0)])
+    inside = pose[:3, :3] @ np.stack([across, axis], axis=1)
+    covariance = np.eye(6)
+    covariance[3:, 3:] = inside @ np.diag([49.0, 1.0]) @ inside.T
+    centre = (pose @ np.append(camera.source + 700.0 * axis, 1.0))[:3]
+    found = PoseUncertainty(covariance).across_mm([camera], pose, centre)
+    np.testing.assert_allclose(found, 1.96 * 7.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_points_are_as_uncertain_as_drawn_poses_scatter_them(seed: int) -> None:
+    """Turns count with their lever; small ones, so that the scatter is the linear one."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(6, 6)) * np.r_[np.full(3, 0.004), np.full(3, 0.3)][:, None]
+    offsets = rng.normal(size=(40, 3)) * rng.uniform(5.0, 80.0, 3)
+    drawn = (perturbation(each) for each in rng.normal(size=(4000, 6)) @ root.T)
+    moved = np.stack([offsets @ each[:3, :3].T + each[:3, 3] - offsets for each in drawn])
+    scatter = np.mean([point.T @ point / len(point) for point in moved.transpose(1, 0, 2)], axis=0)
+    widest = 1.96 * np.sqrt(np.linalg.eigvalsh(scatter)[-1])
+    uncertainty = PoseUncertainty(root @ root.T)
+    assert uncertainty.of_points_mm(offsets) == pytest.approx(widest, rel=0.06)
+    assert uncertainty.of_points_mm(np.zeros((1, 3))) == pytest.approx(uncertainty.widest_mm)

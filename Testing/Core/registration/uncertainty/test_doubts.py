@@ -13,6 +13,7 @@ from PolyPoseLib.registration.uncertainty.covariance import PoseUncertainty
 from PolyPoseLib.registration.uncertainty.doubts import (
     VAGUE_MM,
     WIDE_MM,
+    WIDE_POINTS_MM,
     Evidence,
     disputed_warnings,
     doubts_about,
@@ -20,6 +21,7 @@ from PolyPoseLib.registration.uncertainty.doubts import (
     united_warnings,
     unseen_warnings,
 )
+from PolyPoseLib.registration.uncertainty.widths import Widths
 
 SCENE = SimpleNamespace(names=("pelvis", "femur", "spine"), anchor=0, moving=[1, 2])
 NARROW, WIDE = (PoseUncertainty.independent(1.0, mm) for mm in (0.5 * WIDE_MM / 1.96, 1.5 * WIDE_MM / 1.96))
@@ -49,9 +51,12 @@ def evidence(**changes) -> Evidence:
         Agreement(*(arrays[name] for name in ("residuals", "support", "contrast", "shown_share"))),
         Visibility(arrays["outside"], arrays["hidden"], arrays["clipped"]),
         uncertainties,
-        changes.pop("across_mm", {FEMUR: 1.0, SPINE: 1.0}),
+        {
+            k: Widths(each.widest_mm, changes.get("points_mm", 1.0), changes.get("across_mm", {}).get(k, 1.0))
+            for k, each in uncertainties.items()
+        },
         changes.pop("distorted", [False, False]),
-        **changes,
+        **{name: value for name, value in changes.items() if name not in ("across_mm", "points_mm")},
     )
 
 
@@ -85,13 +90,39 @@ def test_a_wide_interval_has_its_cause(at, words):
     }
 
 
-@pytest.mark.parametrize("magnification", [1.0, 4.0])
+def test_a_bone_that_may_be_turned_anyhow_is_doubted():
+    assert doubts_about(SCENE, evidence(points_mm=0.9 * WIDE_POINTS_MM)) == {}
+    found = doubts_about(SCENE, evidence(points_mm=1.1 * WIDE_POINTS_MM))
+    assert found == dict.fromkeys((FEMUR, SPINE), ("the X-rays determine its pose weakly",))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"at": {"support": {(FEMUR, 0): 0.4, (FEMUR, 1): 0.3}}}, "no X-ray shows it clearly"),
+        (
+            {"at": {"hidden": {(FEMUR, 0): 0.6, (FEMUR, 1): 0.6}}},
+            'metal or an instrument hides 60% of it in X-ray 1',
+        ),
+        (
+            {"breaks": [Break((FEMUR,), FEMUR, SPINE, 12.0)]},
+            'it has moved 12 mm against "spine" beside it',
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_known_without_intervals_is_said_without_them(changes, words):
+    assert doubts_about(SCENE, evidence(uncertainties={})) == {}
+    found = doubts_about(SCENE, evidence(uncertainties={}, **changes))
+    assert list(found) == [FEMUR] and words in found[FEMUR]
+
+
+@pytest.mark.parametrize("magnification", [1.0, 4.0, 8.0])
 def test_another_place_is_told_in_the_patients_millimetres(magnification):
-    rival = PoseUncertainty(WIDE.covariance, rival_mm=12.0)
+    rival = PoseUncertainty(WIDE.covariance, rival_mm=12.0)  # 1.5 mm at the largest
     (doubts,) = doubts_about(
         SCENE, evidence(uncertainties={FEMUR: rival}, magnification=magnification)
     ).values()
-    assert doubts == (f"another place, {12 / magnification:.0f} mm away, fits the X-rays as well",)
+    assert doubts == (f"another place, {12 / magnification:g} mm away, fits the X-rays as well",)
 
 
 def test_an_inconsistent_bone_names_the_x_ray_and_the_cause():
@@ -186,7 +217,7 @@ def test_most_bones_that_are_hardly_placed_are_a_reason_for_distrust(magnificati
     assert reasons_against_most(SCENE, evidence(across_mm=one)) == []
     both = dict.fromkeys(one, 1.1 * VAGUE_MM)
     (reason,) = reasons_against_most(SCENE, evidence(across_mm=both, magnification=magnification))
-    within = f"{10 / magnification:g} mm across the beam"
+    within = "10 mm across the beam" if magnification == 1 else "2.6 mm across the beam"
     assert f"leave 2 of 2 structures uncertain by more than {within}" in reason
     assert "sharp, well exposed" in reason and "whole bone" in reason
 
