@@ -217,7 +217,7 @@ def test_most_bones_that_are_hardly_placed_are_a_reason_for_distrust(magnificati
     assert reasons_against_most(SCENE, evidence(across_mm=one)) == []
     both = dict.fromkeys(one, 1.1 * VAGUE_MM)
     (reason,) = reasons_against_most(SCENE, evidence(across_mm=both, magnification=magnification))
-    within = "10 mm across the beam" if magnification == 1 else "2.6 mm across the beam"
+    within = "11 mm across the beam" if magnification == 1 else "2.8 mm across the beam"
     assert f"leave 2 of 2 structures uncertain by more than {within}" in reason
     assert "sharp, well exposed" in reason and "whole bone" in reason
 
