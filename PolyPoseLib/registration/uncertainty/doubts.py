@@ -26,8 +26,8 @@ WIDE_POINTS_MM = 6.0
 
 VAGUE_MM = float(np.hypot(NORMAL_95 * UNCONFIRMED_MM, WIDE_MM))
 """Half width of a 95 % interval across the beam, by the images alone, beyond which a pose is hardly more than a guess:
-of a bone that no X-ray shows clearly, and whose residual alone leaves a wide interval. Either alone is no sign of a wrong
-pose: a CT clipped to soft tissue leaves most right bones of a chest unclear, uncertain by 3 to 5 mm besides."""
+of a bone that no X-ray shows clearly, and whose residual alone leaves a wide interval. Either alone is no sign of a
+wrong pose: a CT clipped to soft tissue leaves most right bones of a chest unclear, by 3 to 5 mm besides."""
 
 OUTSIDE, HIDDEN, CLIPPED = 0.25, 0.1, 0.25
 """Shares of a structure beside the picture, behind metal, or clipped by a window that are worth a word."""
