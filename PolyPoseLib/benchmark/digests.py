@@ -5,13 +5,15 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Mapping
+import os
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from PolyPoseLib import __version__
+from PolyPoseLib.data.benchmark.case import BenchmarkCase
 from PolyPoseLib.data.benchmark.job import RunSettings
 
 _BLOCK_BYTES = 1 << 22
@@ -64,6 +66,21 @@ def file_digest(path: Path) -> str:
         while block := stream.read(_BLOCK_BYTES):
             found.update(block)
     return found.hexdigest()
+
+
+def content_digest(files: Iterable[Path], root: Path) -> str:
+    """SHA256 of the names below a root and the contents of some files; raises OSError where the system refuses."""
+    names = {os.path.relpath(path, root): path for path in files}
+    return digest_of({name: file_digest(path) for name, path in names.items()})
+
+
+def case_digest(case: BenchmarkCase, content: str) -> str:
+    """SHA256 of what a case is made of; content: of its files.
+
+    Nothing that was computed is in it: the last bit of that is another one on another processor or by another version
+    of a library, where the case is still the same. What rendered its X-rays is, since projectors differ by more.
+    """
+    return digest_of([case.dataset, case.name, case.views, case.projector, content])
 
 
 def system_digest(code: str, weights: str) -> str:

@@ -26,6 +26,7 @@ from PolyPoseLib.data.benchmark.progress import RUNNING, BenchmarkProgress
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark.benchmark_folder import ROWS, data_stamp
 from PolyPoseLib.io.benchmark.row_files import Row, read_row
+from PolyPoseLib.simulation.independent_projector import projector_name
 
 _LOG = logging.getLogger(__name__)
 
@@ -133,7 +134,7 @@ class _Plan:
         self.run = secrets.token_hex(8)
         self._progress = progress
         self._began = time.monotonic()
-        self._stamp = f"{__version__} {data_stamp(Path(benchmark.sources[0].root))}"
+        self._stamp = " ".join((__version__, projector_name(), data_stamp(Path(benchmark.sources[0].root))))
         self._code = {each.name: each.code for each in benchmark.systems}
         self._weights = {path: file_digest(path) for path in benchmark.weights.values()}
         self._cases = [1] * len(benchmark.sources)
@@ -167,7 +168,7 @@ class _Plan:
             return []
         except InputError as error:
             name = f"{source.subject}-{source.views}-unread"
-            unread = KnownCase(source, name, source.subject, source.views, UNREAD)
+            unread = KnownCase(source, name, source.subject, source.views, UNREAD, UNREAD)
             for system in numbers:
                 row = unread_row(self._job(unread, system), str(error))
                 self._end((number, 0, system), row)

@@ -65,7 +65,10 @@ class KnownCase:
     name, subject, views : str
         As ``BenchmarkCase`` has them.
     digest : str
-        SHA256 of everything in it, the truth included.
+        SHA256 of the files that it is made of and of what rendered its X-rays: of nothing that is computed, which
+        differs by the last bit between processors and versions of libraries.
+    stamp : str
+        Of the same, by the files' sizes and times: whether it still is the case that was read.
 
     """
 
@@ -74,6 +77,7 @@ class KnownCase:
     subject: str
     views: str
     digest: str
+    stamp: str
 
 
 @dataclass(frozen=True)

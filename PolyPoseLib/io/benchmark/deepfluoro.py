@@ -34,7 +34,7 @@ from PolyPoseLib.io.benchmark.fluoro_frames import (
     reduced_camera,
     shown_share,
 )
-from PolyPoseLib.io.benchmark.places import entries, inside, named_subject, require_root
+from PolyPoseLib.io.benchmark.places import entries, files_below, inside, named_subject, require_root
 from PolyPoseLib.io.benchmark.shadow_masks import ShadowMasks
 from PolyPoseLib.simulation.label_shadows import label_shadows
 
@@ -91,6 +91,13 @@ def cases(root: Path, subject: str, views: Sequence[str]) -> Iterator[BenchmarkC
             yield _case(fluoro, subject, frames, structures)
         except InputError as error:
             raise InputError(f"{root}, {subject}: {error}") from error
+
+
+def files(root: Path, subject: str) -> list[Path]:
+    """The HDF5 file, or those in a subject's folder; raises InputError."""
+    root, places = _source(Path(root))
+    place = named_subject(places, subject, str(root))
+    return [root] if root.is_file() else list(files_below(place, root))
 
 
 def view_name(views: str) -> str:

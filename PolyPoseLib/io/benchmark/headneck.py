@@ -17,6 +17,7 @@ from PolyPoseLib.io.benchmark.dicom_patient import dicom_scans
 from PolyPoseLib.io.benchmark.named_labels import NamedLabels, is_bone, matched, read_named_labels
 from PolyPoseLib.io.benchmark.places import (
     entries,
+    files_below,
     folders,
     image_named,
     inside,
@@ -68,6 +69,12 @@ def cases(root: Path, subject: str, views: Sequence[str]) -> Iterator[BenchmarkC
     root = require_root(root, WHERE)
     folder = named_subject(_patients(root), subject, str(root))
     yield from render_cases(_read(folder, root, subject), sets)
+
+
+def files(root: Path, subject: str) -> list[Path]:
+    """Those in a patient's folder; raises InputError."""
+    root = require_root(root, WHERE)
+    return list(files_below(named_subject(_patients(root), subject, str(root)), root))
 
 
 def _patients(root: Path) -> dict[str, Path]:

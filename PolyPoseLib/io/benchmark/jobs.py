@@ -24,9 +24,9 @@ from PolyPoseLib.io.json_records import (
 )
 from PolyPoseLib.io.whole_files import replaced_whole
 
-_VERSION = 1
+_VERSION = 2
 
-_KEPT = ("name", "subject", "views", "digest")
+_KEPT = ("name", "subject", "views", "digest", "stamp")
 """Fields of a case beside its source."""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
@@ -84,6 +85,27 @@ def entries(folder: Path) -> list[str]:
 def folders(folder: Path) -> list[Path]:
     """The folders in a folder, sorted by name; raises InputError as `entries`."""
     return [folder / name for name in entries(folder) if (folder / name).is_dir()]
+
+
+def files_below(place: Path, root: Path) -> Iterator[Path]:
+    """Every file in a folder and below, or the file itself, as far as it lies inside the root.
+
+    Links within the root are followed, once to every folder. Those out of it are left out: whoever needs what is
+    behind them refuses them.
+    """
+    if not place.is_dir():
+        yield place
+        return
+    seen = {os.path.realpath(place)}
+    for folder, names, files in os.walk(place, followlinks=True):
+        behind = {name: os.path.realpath(Path(folder, name)) for name in sorted(names)}
+        names[:] = [
+            name for name, real in behind.items() if real not in seen and Path(real).is_relative_to(root)
+        ]
+        seen.update(behind.values())
+        for path in (Path(folder, name) for name in files):
+            if Path(os.path.realpath(path)).is_relative_to(root) and path.is_file():
+                yield path
 
 
 def image_named(folder: Path, stem: str) -> Path | None:

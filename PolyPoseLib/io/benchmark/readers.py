@@ -26,6 +26,8 @@ class Reader:
     cases
         Of (root, subject, views), one case for every set of views, each made when it is asked for; no views stand for
         `default_views`. Raises InputError.
+    files
+        Of (root, subject), the files that its cases are made of, and perhaps others beside them; raises InputError.
     default_views
         What is read when no views are named.
     view_name
@@ -38,6 +40,7 @@ class Reader:
     name: str
     subjects: Callable[[Path], list[str]]
     cases: Callable[[Path, str, Sequence[str]], Iterator[BenchmarkCase]]
+    files: Callable[[Path, str], list[Path]]
     default_views: tuple[str, ...]
     view_name: Callable[[str], str]
     where: str
@@ -55,6 +58,7 @@ READERS: dict[str, Reader] = {
             deepfluoro.DATASET,
             deepfluoro.subjects,
             deepfluoro.cases,
+            deepfluoro.files,
             (deepfluoro.PAPER,),
             deepfluoro.view_name,
             deepfluoro.WHERE,
@@ -63,6 +67,7 @@ READERS: dict[str, Reader] = {
             headneck.DATASET,
             headneck.subjects,
             headneck.cases,
+            headneck.files,
             PAPER_VIEWS,
             _rendered(headneck.DATASET),
             headneck.WHERE,
@@ -71,6 +76,7 @@ READERS: dict[str, Reader] = {
             thoraxcbct.DATASET,
             thoraxcbct.subjects,
             thoraxcbct.cases,
+            thoraxcbct.files,
             PAPER_VIEWS,
             _rendered(thoraxcbct.DATASET),
             thoraxcbct.WHERE,
@@ -79,6 +85,7 @@ READERS: dict[str, Reader] = {
             simulated.DATASET,
             simulated.subjects,
             simulated.cases,
+            simulated.files,
             (simulated.OWN,),
             simulated.view_name,
             simulated.WHERE,

@@ -19,6 +19,7 @@ from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.io.benchmark import view_sets as sets
 from PolyPoseLib.io.benchmark.places import (
     entries,
+    files_below,
     folders,
     inside,
     named_subject,
@@ -28,6 +29,7 @@ from PolyPoseLib.io.benchmark.places import (
 from PolyPoseLib.io.benchmark.two_scans import Scene, TwoScans
 from PolyPoseLib.io.benchmark.view_sets import ViewSet, view_sets
 from PolyPoseLib.io.cases import STUDY_FILE, TRUTH_FOLDER
+from PolyPoseLib.io.cohort.rows import RESULT
 from PolyPoseLib.io.studies import load_study
 from PolyPoseLib.io.truths import TRUTH_FILE, load_truth
 
@@ -67,6 +69,15 @@ def cases(root: Path, subject: str, views: Sequence[str]) -> Iterator[BenchmarkC
             yield simulation.own_case() if each is None else simulation.rendered(each)
     except InputError as error:
         raise InputError(f"{folder}: {error}") from error
+
+
+def files(root: Path, subject: str) -> list[Path]:
+    """Those in a case's folder but for results of registrations, which are kept there, too; raises InputError."""
+    root = require_root(root, WHERE)
+    folder = named_subject(_cases(root), subject, str(root))
+    found = list(files_below(folder, root))
+    results = {path.parent for path in found if path.name == RESULT} - {folder}
+    return [path for path in found if results.isdisjoint(path.parents)]
 
 
 def view_name(name: str) -> str:

@@ -11,7 +11,7 @@ from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark.bodies import anchor_of, bones_of, organs_of
 from PolyPoseLib.io.benchmark.named_labels import NamedLabels, matched, read_named_labels, standard_name
-from PolyPoseLib.io.benchmark.places import entries, inside, named_subject, require_root
+from PolyPoseLib.io.benchmark.places import entries, files_below, inside, named_subject, require_root
 from PolyPoseLib.io.benchmark.two_scans import TwoScans, render_cases
 from PolyPoseLib.io.benchmark.view_sets import view_sets
 from PolyPoseLib.io.files import read_text
@@ -42,6 +42,22 @@ def cases(root: Path, subject: str, views: Sequence[str]) -> Iterator[BenchmarkC
     root = require_root(root, WHERE)
     pair = named_subject(_pairs(root), subject, str(root))
     yield from render_cases(_read(root, pair.name, subject), sets)
+
+
+def files(root: Path, subject: str) -> list[Path]:
+    """Both scans of a pair and their labels, and what the data set says of them; raises InputError."""
+    root = require_root(root, WHERE)
+    later = named_subject(_pairs(root), subject, str(root)).name
+    places = [
+        root / JSON,
+        *(root / each / name for name in _scans(later) for each in ("imagesTr", "labelsTr")),
+    ]
+    return [path for place in places if place.exists() for path in files_below(place, root)]
+
+
+def _scans(later: str) -> tuple[str, str]:
+    """Names of a planning CT and of the CBCT whose name is given."""
+    return _IMAGE.sub(rf"ThoraxCBCT_\1_{_PLANNING}.nii.gz", later), later
 
 
 def _pairs(root: Path) -> dict[str, Path]:
@@ -126,7 +142,7 @@ def _label_names(root: Path) -> dict[int, str]:
 def _read(root: Path, later: str, subject: str) -> TwoScans:
     """Both scans with their labels; raises InputError."""
     names = _label_names(root)
-    planning = _IMAGE.sub(rf"ThoraxCBCT_\1_{_PLANNING}.nii.gz", later)
+    planning, _ = _scans(later)
     (first, first_labels, odd), (second, second_labels, odd_later) = (
         _read_scan(root, name, names) for name in (planning, later)
     )

@@ -19,7 +19,7 @@ from PolyPoseLib.io.benchmark.shadow_masks import ShadowMasks
 from PolyPoseLib.io.benchmark.view_sets import ViewSet
 from PolyPoseLib.simulation.anchor_alignment import align_anchor
 from PolyPoseLib.simulation.case_study import pixel_spacing
-from PolyPoseLib.simulation.independent_projector import project
+from PolyPoseLib.simulation.independent_projector import project, projector_name
 from PolyPoseLib.simulation.simulate import SOURCE_TO_DETECTOR_MM, structures_centre, view_cameras
 
 PIXELS = 200
@@ -152,8 +152,9 @@ class Scene:
             X-rays that exist, with their true cameras, instead of rendered ones.
 
         """
-        scans = self.scans
+        scans, projector = self.scans, ""
         if given is None:
+            projector = projector_name()
             cameras = self.cameras(views.angles_deg)
             images = (project(self.attenuation, camera) for camera in cameras)
             given = [
@@ -179,6 +180,7 @@ class Scene:
             labels=self.scored,
             groups=groups_of(scans.structures, scans.organs, self.scored),
             truth=CaseTruth(cameras, labels=scans.fixed_labels, ct=scans.fixed, held_out=held_out),
+            projector=projector,
         )
 
 
