@@ -65,7 +65,7 @@ def _pairs(root: Path) -> dict[str, Path]:
     folder = root / "imagesTr"
     if not folder.is_dir():
         raise InputError(f"{root}: there is no folder imagesTr: give {WHERE}.")
-    there = [name for name in entries(folder) if _IMAGE.fullmatch(name)]
+    there = [name for name in entries(inside(folder, root)) if _IMAGE.fullmatch(name)]
     listed = _listed(root)
     wanted = listed or [name for name in there if not name.endswith(f"_{_PLANNING}.nii.gz")]
     pairs = {}

@@ -1,7 +1,9 @@
 """Head&Neck: a replica of both layouts, written by SimpleITK and pydicom, read end to end."""
 
+import os
 import re
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -225,6 +227,18 @@ def test_links_out_of_the_folder_are_refused(tmp_path):
     (folder / "ct_2.nii.gz").rename(outside)
     (folder / "ct_2.nii.gz").symlink_to(outside)
     assert "leads out of the data set's folder" in _refusal(tmp_path / "data")
+
+
+def test_a_patients_folder_that_lies_elsewhere_is_refused_before_it_is_looked_into(tmp_path, monkeypatch):
+    _one(tmp_path / "data")
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "data/HN_P008").symlink_to(tmp_path / "elsewhere")
+    looked = []
+    listed = os.scandir
+    monkeypatch.setattr(os, "scandir", lambda folder: (looked.append(Path(folder).name), listed(folder))[1])
+    with pytest.raises(InputError, match="HN_P008: it leads out of the data set's folder"):
+        headneck.subjects(tmp_path / "data")
+    assert looked == ["data"]
 
 
 @pytest.mark.long

@@ -115,6 +115,9 @@ def test_paths_in_the_json_lead_nowhere_else(tmp_path):
     (root / "imagesTr" / "ThoraxCBCT_0001_0001.nii.gz").symlink_to(outside)
     (root / "ThoraxCBCT_dataset.json").unlink()
     assert "leads out of" in _refusal(root)
+    (root / "imagesTr").rename(tmp_path / "imagesTr")
+    (root / "imagesTr").symlink_to(tmp_path / "imagesTr")
+    assert "imagesTr: it leads out of" in _refusal(root)
 
 
 @pytest.mark.long
