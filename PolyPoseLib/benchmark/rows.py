@@ -10,7 +10,7 @@ from PolyPoseLib import __version__
 from PolyPoseLib.benchmark.hidden_names import HiddenNames
 from PolyPoseLib.benchmark.measures import Measures
 from PolyPoseLib.benchmark.systems import file_part
-from PolyPoseLib.data.benchmark.job import RunJob
+from PolyPoseLib.data.benchmark.job import CaseSource, RunJob
 from PolyPoseLib.errors import cut, one_line
 from PolyPoseLib.io.benchmark.benchmark_folder import FIELDS, LOGS, PICTURES, ROWS
 from PolyPoseLib.io.benchmark.row_files import Row
@@ -44,6 +44,17 @@ def field_path(job: RunJob) -> Path:
 def pictures_path(job: RunJob) -> Path:
     """The folder of the pictures of what a system did."""
     return Path(job.folder, PICTURES, pair_name(job))
+
+
+def unread_name(source: CaseSource) -> str:
+    """In place of the name of a case that could not be read."""
+    return f"{source.subject}-{source.views}-unread"
+
+
+def forget_unread(source: CaseSource, folder: Path) -> None:
+    """Remove the rows of earlier calls that could not read a source; raises OSError where the system refuses."""
+    for path in (folder / ROWS).glob(f"{file_part(unread_name(source))}--*.json"):
+        path.unlink(missing_ok=True)
 
 
 def row_of(job: RunJob, status: str, reason: str, measures: Measures) -> Row:

@@ -18,13 +18,14 @@ from pathlib import Path
 from PolyPoseLib import __version__
 from PolyPoseLib.benchmark.digests import file_digest, run_digest, system_digest
 from PolyPoseLib.benchmark.processes import InterruptedRun, know_cases, run_system, unread_row
-from PolyPoseLib.benchmark.rows import UNREAD, field_path, pictures_path, row_path
+from PolyPoseLib.benchmark.rows import UNREAD, field_path, forget_unread, pictures_path, row_path, unread_name
 from PolyPoseLib.benchmark.systems import NamedSystem, weights_names
 from PolyPoseLib.cohort.child import end_children
 from PolyPoseLib.data.benchmark.job import DONE, CaseSource, KnownCase, RunJob, RunSettings
 from PolyPoseLib.data.benchmark.progress import RUNNING, BenchmarkProgress
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark.benchmark_folder import ROWS, data_stamp
+from PolyPoseLib.io.benchmark.readers import READERS
 from PolyPoseLib.io.benchmark.row_files import Row, read_row
 from PolyPoseLib.simulation.independent_projector import projector_name
 
@@ -164,11 +165,13 @@ class _Plan:
         try:
             cases = know_cases(source, self.benchmark.folder, self._stamp, self.run)
             self._require_new(cases, source)
+            forget_unread(source, self.benchmark.folder)
         except InterruptedRun:
             return []
         except InputError as error:
-            name = f"{source.subject}-{source.views}-unread"
-            unread = KnownCase(source, name, source.subject, source.views, UNREAD, UNREAD)
+            name = unread_name(source)
+            subject, views = READERS[source.dataset].row_names(source.subject, source.views)
+            unread = KnownCase(source, name, subject, views, UNREAD, UNREAD)
             for system in numbers:
                 row = unread_row(self._job(unread, system), str(error))
                 self._end((number, 0, system), row)
@@ -259,7 +262,8 @@ def comparable_rows(rows: list[Row], folder: Path) -> list[Row]:
     """The rows of a call, at least one, with those of earlier calls that can stand in one table with them.
 
     Left out, and logged, are rows of other settings or versions of PolyPose, of a case that has changed since, and of
-    a system with other code or weights than its newest row has: a line of a table is one system on one set of data.
+    a system with other code or weights than its newest row has: a line of a table is one system on one set of data. A
+    case that could not be read stays among them until it was read.
     """
     cases = {row["case"]: row["case_digest"] for row in rows}
     systems = {row["system"]: row["system_digest"] for row in rows}
@@ -268,7 +272,7 @@ def comparable_rows(rows: list[Row], folder: Path) -> list[Row]:
     left_out = 0
     for path in _newest_first((folder / ROWS).glob("*.json")):
         row = read_row(path)
-        if row is None or (row["case"], row["system"]) in known or row["case_digest"] == UNREAD:
+        if row is None or (row["case"], row["system"]) in known:
             continue
         alike = all(row[name] == rows[0][name] for name in ("settings", "polypose"))
         alike = alike and cases.get(row["case"], row["case_digest"]) == row["case_digest"]

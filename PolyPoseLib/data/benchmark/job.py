@@ -22,7 +22,7 @@ class CaseSource:
     root : str
         Folder or file of the data.
     subject : str
-        As its reader lists it.
+        As its reader lists it; a patient with several pairs of scans is listed once for each.
     views : str
         One set of views by the name that its reader has for it, as a rule "2x30": number of views x arc in degrees.
 

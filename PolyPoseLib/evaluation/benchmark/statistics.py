@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from PolyPoseLib.evaluation.benchmark.columns import Column, Row, columns_of, view_set
+from PolyPoseLib.evaluation.benchmark.columns import Column, Row, columns_of
+from PolyPoseLib.evaluation.benchmark.table_rows import table_rows
 
 OURS = "polypose"
 """The system that is tested against its best rival."""
@@ -169,13 +170,7 @@ def tables_of(rows: Sequence[Row], ours: str = OURS) -> list[Table]:
         A system that has no row for a case of its table counts as not having finished it.
 
     """
-    places = dict.fromkeys((str(row["dataset"]), view_set(row)) for row in rows)
-    return [
-        _table(
-            dataset, views, [row for row in rows if (row["dataset"], view_set(row)) == (dataset, views)], ours
-        )
-        for dataset, views in places
-    ]
+    return [_table(dataset, views, own, ours) for (dataset, views), own in table_rows(rows).items()]
 
 
 def _table(dataset: str, views: str, rows: Sequence[Row], ours: str) -> Table:

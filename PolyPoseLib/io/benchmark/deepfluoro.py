@@ -105,6 +105,11 @@ def view_name(views: str) -> str:
     return PAPER if views == PAPER else "+".join(map(str, _frames(views, "")))
 
 
+def row_names(subject: str, views: str) -> tuple[str, str]:
+    """The subject, and the frames that "paper" stands for; raises InputError."""
+    return subject, "+".join(map(str, _frames(views, subject)))
+
+
 def _source(root: Path) -> tuple[Path, dict[str, Path]]:
     """The file or folder that is read, and {subject: its place}: a path of which, in a file, only the name counts."""
     root = require_root(root, WHERE, folder=False)

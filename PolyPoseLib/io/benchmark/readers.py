@@ -32,6 +32,8 @@ class Reader:
         What is read when no views are named.
     view_name
         The one spelling of a set of views; raises InputError for what is none of this data set.
+    row_names
+        Of (subject, views), both as the rows of such a case have them, as far as that is known without reading it.
     where
         What the root must be and where it is to be had, as a part of a sentence.
 
@@ -43,12 +45,18 @@ class Reader:
     files: Callable[[Path, str], list[Path]]
     default_views: tuple[str, ...]
     view_name: Callable[[str], str]
+    row_names: Callable[[str, str], tuple[str, str]]
     where: str
 
 
 def _rendered(dataset: str) -> Callable[[str], str]:
     """How views are named whose X-rays are rendered."""
     return lambda name: view_name(name, dataset)
+
+
+def _as_listed(subject: str, views: str) -> tuple[str, str]:
+    """The names of rows where a subject is a case for every set of views."""
+    return subject, views
 
 
 READERS: dict[str, Reader] = {
@@ -61,6 +69,7 @@ READERS: dict[str, Reader] = {
             deepfluoro.files,
             (deepfluoro.PAPER,),
             deepfluoro.view_name,
+            deepfluoro.row_names,
             deepfluoro.WHERE,
         ),
         Reader(
@@ -70,6 +79,7 @@ READERS: dict[str, Reader] = {
             headneck.files,
             PAPER_VIEWS,
             _rendered(headneck.DATASET),
+            _as_listed,
             headneck.WHERE,
         ),
         Reader(
@@ -79,6 +89,7 @@ READERS: dict[str, Reader] = {
             thoraxcbct.files,
             PAPER_VIEWS,
             _rendered(thoraxcbct.DATASET),
+            thoraxcbct.row_names,
             thoraxcbct.WHERE,
         ),
         Reader(
@@ -88,6 +99,7 @@ READERS: dict[str, Reader] = {
             simulated.files,
             (simulated.OWN,),
             simulated.view_name,
+            _as_listed,
             simulated.WHERE,
         ),
     )

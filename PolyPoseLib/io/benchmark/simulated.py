@@ -15,6 +15,7 @@ from PolyPoseLib.data.truth import Truth
 from PolyPoseLib.data.volume import Volume, resample_labels_onto
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.evaluation.benchmark.table_rows import OWN
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.io.benchmark import view_sets as sets
 from PolyPoseLib.io.benchmark.places import (
@@ -38,9 +39,6 @@ WHERE = (
     f"a folder that polypose simulate wrote ({STUDY_FILE}, and {TRUTH_FOLDER}/{TRUTH_FILE}), or a folder of such "
     "folders"
 )
-OWN = "own"
-"""Stands for the X-rays that the folder holds, noise and scatter included."""
-
 _WORDS = "case|seed|simulated|sim|pelvis|chest|thorax|head|neck|knee|breathing"
 _KNOWN = rf"(?:{_WORDS})(?:[-_]?(?:{_WORDS}|[0-9]{{1,6}})|[-_][a-z](?![a-z])){{0,4}}"
 """Any other word may be a name: "case-doe"."""
@@ -180,7 +178,7 @@ class _Simulation:
         given = [
             (_with_true_camera(xray, camera), camera) for xray, camera in zip(xrays, cameras, strict=True)
         ]
-        views = ViewSet(f"{len(xrays)}x{_arc_deg(cameras):.0f}", tuple(map(_angle_deg, cameras)))
+        views = ViewSet(f"{OWN}-{len(xrays)}x{_arc_deg(cameras):.0f}", tuple(map(_angle_deg, cameras)))
         return self._with_truth(self.scene.case(views, given))
 
     def rendered(self, views: ViewSet) -> BenchmarkCase:

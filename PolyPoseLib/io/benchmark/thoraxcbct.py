@@ -44,6 +44,11 @@ def cases(root: Path, subject: str, views: Sequence[str]) -> Iterator[BenchmarkC
     yield from render_cases(_read(root, pair.name, subject), sets)
 
 
+def row_names(subject: str, views: str) -> tuple[str, str]:
+    """The patient, of whom "0000-1" and "0000-2" are two cases, and the views."""
+    return subject.rpartition("-")[0], views
+
+
 def files(root: Path, subject: str) -> list[Path]:
     """Both scans of a pair and their labels, and what the data set says of them; raises InputError."""
     root = require_root(root, WHERE)
@@ -139,7 +144,7 @@ def _label_names(root: Path) -> dict[int, str]:
     }
 
 
-def _read(root: Path, later: str, subject: str) -> TwoScans:
+def _read(root: Path, later: str, pair: str) -> TwoScans:
     """Both scans with their labels; raises InputError."""
     names = _label_names(root)
     planning, _ = _scans(later)
@@ -154,7 +159,7 @@ def _read(root: Path, later: str, subject: str) -> TwoScans:
     anchor = anchor_of(bones, common, ANCHORS, root / "labelsTr" / later)
     return TwoScans(
         dataset=DATASET,
-        subject=subject,
+        subject=row_names(pair, "")[0],
         moving=first,
         fixed=second,
         moving_labels=first_labels.volume,
@@ -163,6 +168,7 @@ def _read(root: Path, later: str, subject: str) -> TwoScans:
         organs=organs_of(first_labels.names, ORGANS),
         anchor=anchor,
         warnings=(*odd, *first_labels.warnings, *(f"CBCT: {each}" for each in odd_later)),
+        pair=pair,
     )
 
 

@@ -54,6 +54,8 @@ class TwoScans:
         Whether the two worlds already are one in which the anchor coincides.
     warnings
         For the study.
+    pair
+        What the case is called after where a subject has several pairs of scans; empty where the subject's name does.
 
     """
 
@@ -68,6 +70,7 @@ class TwoScans:
     anchor: str
     aligned: bool = False
     warnings: tuple[str, ...] = ()
+    pair: str = ""
 
 
 def render_cases(scans: TwoScans, sets: Sequence[ViewSet]) -> Iterator[BenchmarkCase]:
@@ -87,7 +90,7 @@ def render_cases(scans: TwoScans, sets: Sequence[ViewSet]) -> Iterator[Benchmark
         for each in sets:
             yield scene.case(each)
     except InputError as error:
-        raise InputError(f"{scans.dataset}, {scans.subject}: {error}") from error
+        raise InputError(f"{scans.dataset}, {scans.pair or scans.subject}: {error}") from error
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +175,7 @@ class Scene:
         )
         xrays, cameras = zip(*given, strict=True)
         return BenchmarkCase(
-            name=f"{scans.subject}-{views.name}",
+            name=f"{scans.pair or scans.subject}-{views.name}",
             dataset=scans.dataset,
             subject=scans.subject,
             views=views.name,

@@ -27,17 +27,18 @@ MEANINGS = {
 }
 """What a measure is, for those who meet it first in the table."""
 
-_VIEWS = re.compile(r"([0-9]{1,6})(?:x([0-9.]+)|-frames)", re.ASCII)
+_VIEWS = re.compile(r"(own-)?([0-9]{1,6})(?:x([0-9.]+)|-frames)", re.ASCII)
 
 
 def heading(table: Table) -> str:
-    """What a table is of: "headneck, 2 X-rays over 30 degrees, 5 subjects"."""
+    """What a table is of: "headneck, 2 X-rays over 30 degrees, 5 subjects", "2 own X-rays within 60 degrees"."""
     found = _VIEWS.fullmatch(table.views)
     views = one_line(table.views)
     if found is not None:
-        views = counted(int(found[1]), "X-ray") + (
-            f" over {found[2]} degrees" if found[2] and found[1] != "1" else ""
-        )
+        own, number, arc = found.groups()
+        views = counted(int(number), "own X-ray" if own else "X-ray")
+        if arc and number != "1":
+            views += f" {'within' if own else 'over'} {arc} degrees"
     return f"{one_line(table.dataset)}, {views}, {counted(table.subjects, 'subject')}"
 
 

@@ -20,6 +20,7 @@ from PolyPoseLib.benchmark.systems import named_systems
 from PolyPoseLib.cohort.child import ChildEnd
 from PolyPoseLib.cohort.child import run_child as run_child_apart
 from PolyPoseLib.data.benchmark.job import CaseSource, RunSettings
+from PolyPoseLib.evaluation.benchmark.statistics import tables_of
 from PolyPoseLib.io.benchmark import simulated, two_scans
 from PolyPoseLib.io.benchmark.benchmark_folder import opened_benchmark
 from PolyPoseLib.io.benchmark.readers import READERS
@@ -110,7 +111,7 @@ def test_what_is_finished_is_not_run_again_until_something_changes(home):
     # What is asked beside the scores is not there.
     started.clear()
     rows = run(home, "rest", settings=RunSettings(threads=2), keep_fields=True)
-    assert started == ["run_system"] and (home / "out/fields/case-1-2x60--rest.h5").is_file()
+    assert started == ["run_system"] and (home / "out/fields/case-1-own-2x60--rest.h5").is_file()
     assert rows[0]["status"] == "done" and not rows[0]["notes"]
 
 
@@ -232,7 +233,7 @@ def test_a_system_without_scores_has_a_row_that_says_why_and_the_others_go_on(ho
         assert row["status"] == status and said in row["reason"] and row["reason"].isprintable()
         assert str(home / "out") not in row["reason"]
         assert row["scores"] == {}
-        assert row == read_row(home / f"out/rows/case-1-2x60--my_systems.{name}.json")
+        assert row == read_row(home / f"out/rows/case-1-own-2x60--my_systems.{name}.json")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a crash is a signal")
@@ -250,10 +251,10 @@ def test_a_system_that_brings_its_process_down_has_a_row(home, monkeypatch):
     (row,) = run(home, "my_systems:Crashes")
     assert started == ["know_cases"] and row["status"] == "failed"
     assert row["reason"].startswith(
-        "It was killed by the system (SIGSEGV); see logs/case-1-2x60--my_systems.Crashes.log"
+        "It was killed by the system (SIGSEGV); see logs/case-1-own-2x60--my_systems.Crashes.log"
     )
     assert row["cpu_seconds"] > 0.2 and 50 < row["peak_memory_mib"] < 2000
-    log = home / "out/logs/case-1-2x60--my_systems.Crashes.log"
+    log = home / "out/logs/case-1-own-2x60--my_systems.Crashes.log"
     assert "extrinsic from study.json" in log.read_text()
 
 
@@ -307,6 +308,24 @@ def test_a_case_that_cannot_be_read_gives_every_system_a_row_without_a_patients_
     assert not any("Doe" in text for text in (*texts, *names, caplog.text))
 
 
+def test_what_could_not_be_read_counts_in_the_tables_until_it_is_read(home):
+    home, _ = home
+    shutil.copytree(home / "data/case-1", home / "data/case-2")
+    truth = (home / "data/case-2/truth/truth.json").read_text()
+    (home / "data/case-2/truth/truth.json").write_text("{")
+    for subject in ("case-2", "case-1"):
+        rows = run(home, "rest", subject=subject)
+    (table,) = tables_of(comparable_rows(rows, home / "out"))
+    assert (table.views, table.subjects) == ("own-2x60", 2)
+    assert (table.lines[0].done, table.lines[0].cases) == (1, 2)
+    assert "could not be read" in str(table.lines[0].reasons)
+    (home / "data/case-2/truth/truth.json").write_text(truth)
+    run(home, "m=my_systems:Mine", subject="case-2")
+    (table,) = tables_of(comparable_rows(rows, home / "out"))
+    assert {line.system: (line.done, line.cases) for line in table.lines} == {"rest": (1, 2), "m": (1, 2)}
+    assert not list((home / "out/rows").glob("*unread*"))
+
+
 def test_two_sets_of_views_that_make_cases_of_one_name_do_not_replace_each_other(home, monkeypatch):
     home, _ = home
     known = know_cases.known_cases
@@ -347,7 +366,7 @@ def test_only_rows_that_are_comparable_share_a_table(home, caplog):
         write_row(rows / f"{name}.json", row | change)
     (rows / "damaged.json").write_text("{")
     found = comparable_rows([row], home / "out")
-    assert [each["system"] for each in found] == ["rest", "a", "b"]
+    assert [each["system"] for each in found] == ["rest", "a", "b", "f"]
     assert "4 rows of earlier runs are left out" in caplog.text
 
 
