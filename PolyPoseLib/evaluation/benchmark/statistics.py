@@ -17,7 +17,7 @@ OURS = "polypose"
 """The system that is tested against its best rival."""
 
 VARIANTS = ("polypose-found",)
-"""Systems of the tables that are OURS under other conditions, and so no rivals of it."""
+"""Systems of the tables that are OURS under other conditions: no rivals of it, and without a rank among the others."""
 
 REFERENCE = "rest"
 """Doing nothing, which is no method: it stands in the tables without a rank."""
@@ -220,7 +220,7 @@ def _ranked(column: Column, lines: Sequence[Line]) -> tuple[frozenset[str], froz
     if column.better is None:
         return frozenset(), frozenset()
     printed: dict[float, set[str]] = {}
-    for line in _comparable(column, lines):
+    for line in _comparable(column, [line for line in lines if line.system not in VARIANTS]):
         printed.setdefault(float(f"{line.cells[column.key].mean:.{column.decimals}f}"), set()).add(
             line.system
         )

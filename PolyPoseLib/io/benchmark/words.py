@@ -9,7 +9,9 @@ from PolyPoseLib.errors import cut, one_line
 from PolyPoseLib.evaluation.benchmark.columns import Column, Row
 from PolyPoseLib.evaluation.benchmark.statistics import (
     LEAST_PAIRS,
+    OURS,
     REFERENCE,
+    VARIANTS,
     Cell,
     Comparison,
     Line,
@@ -85,6 +87,11 @@ def notes(table: Table, rows: Sequence[Row]) -> list[str]:
         )
     if any(line.system == REFERENCE for line in table.lines):
         sentences.append(f'"{REFERENCE}" does nothing and has no rank.')
+    sentences += [
+        f'"{line.system}" is {OURS} under other conditions and has no rank.'
+        for line in table.lines
+        if line.system in VARIANTS
+    ]
     if any(not line.is_whole and line.done for line in table.lines):
         sentences.append(
             "\u2020 Not finished on every case: the means are over fewer subjects than the others' and have no rank."
