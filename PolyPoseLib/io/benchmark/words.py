@@ -20,6 +20,9 @@ from PolyPoseLib.evaluation.benchmark.statistics import (
 
 LONGEST_REASON = 300
 
+DAGGER = "\u2020"
+"""What does not cover every case."""
+
 MEANINGS = {
     "Dice": "overlap with the truth, from 0 to 1",
     "HD95": "95th percentile of the distance between the surfaces or outlines",
@@ -59,7 +62,7 @@ def mean_sd(column: Column, cell: Cell | None) -> str:
 
 def name(line: Line) -> str:
     """A system's name, with a dagger where it did not finish every case."""
-    mark = "" if line.is_whole or not line.done else "\u2020"
+    mark = "" if line.is_whole or not line.done else DAGGER
     return one_line(line.system) + mark
 
 
@@ -94,7 +97,7 @@ def notes(table: Table, rows: Sequence[Row]) -> list[str]:
     ]
     if any(not line.is_whole and line.done for line in table.lines):
         sentences.append(
-            "\u2020 Not finished on every case: the means are over fewer subjects than the others' and have no rank."
+            f"{DAGGER} Not finished on every case: the means are over fewer subjects than the others' and have no rank."
         )
     pixels = sorted(
         {scores["held_out"]["minimum_pixels"] for scores in _scores(rows) if scores.get("held_out")}
