@@ -136,13 +136,12 @@ def _drawn_organs(labels: NamedLabels) -> tuple[str, ...]:
 def _scans(folder: Path, root: Path) -> list[_Scan]:
     """A patient's CTs, earliest first, with their labels; raises InputError."""
     if image_named(folder, "ct_1") is not None:
-        found = []
-        for number in range(1, 100):
-            ct = image_named(folder, f"ct_{number}")
-            if ct is None:
-                break
-            found.append(_Scan(ct, None, image_named(folder, f"labels_{number}"), number))
-        return found
+        # One between them may be missing, as it is not used: the highest number is the latest whatever there is below.
+        return [
+            _Scan(ct, None, image_named(folder, f"labels_{number}"), number)
+            for number in range(1, 100)
+            if (ct := image_named(folder, f"ct_{number}")) is not None
+        ]
     return [
         _Scan(scan.folder, scan.uid, image_named(folder, f"labels_{number}") or scan.structure_set, number)
         for number, scan in enumerate(dicom_scans(folder, root), start=1)
