@@ -19,7 +19,7 @@ from PolyPoseLib.benchmark.systems import SYSTEMS, load_system, require_packages
 from PolyPoseLib.data.benchmark.case import BenchmarkCase
 from PolyPoseLib.data.benchmark.job import DONE, FAILED, SKIPPED, RunJob
 from PolyPoseLib.data.benchmark.system import Motion, SystemSetting
-from PolyPoseLib.errors import InputError, PolyPoseError, cut, is_out_of_memory, one_line
+from PolyPoseLib.errors import InputError, NotFiniteError, PolyPoseError, cut, is_out_of_memory, one_line
 from PolyPoseLib.evaluation.benchmark.scores import score_case
 from PolyPoseLib.io.benchmark.jobs import parse_job_text
 from PolyPoseLib.io.benchmark.row_files import write_row
@@ -113,10 +113,16 @@ def _draw(job: RunJob, case: BenchmarkCase, motion: Motion) -> None:
 
 
 def _unless_it_cannot(work: Callable[[], Any]) -> Any:
-    """What the work gives; raises _CannotRun where it says by InputError, or a missing package, that it cannot run."""
+    """What the work gives; raises _CannotRun where it says by InputError, or a missing package, that it cannot run.
+
+    Numbers that are not finite and a lack of memory are no such thing, but how the system fails here.
+    """
     try:
         return work()
     except (InputError, ModuleNotFoundError) as error:
+        lacked_memory = error.__cause__ is not None and is_out_of_memory(error.__cause__)
+        if isinstance(error, NotFiniteError) or lacked_memory:
+            raise
         raise _CannotRun from error
 
 

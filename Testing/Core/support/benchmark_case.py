@@ -27,7 +27,7 @@ import numpy as np
 from PolyPoseLib.benchmark.own_systems import Rest
 from PolyPoseLib.data.benchmark.system import Motion
 from PolyPoseLib.data.displacement_field import DisplacementField
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, memory_ran_out
 
 
 class Mine(Rest):
@@ -67,6 +67,20 @@ class NeedsMore(Mine):
 class Refuses(Mine):
     def fit(self, study, setting):
         raise InputError(f"It takes one view, not {len(study.xrays)}: give --views 1x0.")
+
+
+class Diverges(Mine):
+    def fit(self, study, setting):
+        field = super().fit(study, setting).field
+        return Motion(DisplacementField(field.vectors * np.nan, field.affine))
+
+
+class Swells(Mine):
+    def fit(self, study, setting):
+        try:
+            raise MemoryError
+        except MemoryError as error:
+            raise memory_ran_out("weights.pt") from error
 
 
 class Weighs(Mine):
