@@ -83,9 +83,9 @@ def case_digest(case: BenchmarkCase, content: str) -> str:
     return digest_of([case.dataset, case.name, case.views, case.projector, content])
 
 
-def system_digest(code: str, weights: str) -> str:
-    """SHA256 of what a system is; code, weights: as of ``run_digest``."""
-    return hashlib.sha256(json.dumps([code, weights]).encode()).hexdigest()
+def system_digest(code: str) -> str:
+    """SHA256 of what a system is; code: as of ``run_digest``."""
+    return hashlib.sha256(code.encode()).hexdigest()
 
 
 def run_digest(case: str, code: str, settings: RunSettings, weights: str) -> str:

@@ -31,6 +31,11 @@ def row_path(job: RunJob) -> Path:
     return Path(job.folder, ROWS, f"{pair_name(job)}.json")
 
 
+def new_row_path(job: RunJob) -> Path:
+    """Where its process writes it; whether it takes the place of an earlier one is decided afterwards."""
+    return Path(job.folder, ROWS, f"{pair_name(job)}.new")
+
+
 def log_path(job: RunJob) -> Path:
     """Where what the process of a job prints is written."""
     return Path(job.folder, LOGS, f"{pair_name(job)}.log")
@@ -51,12 +56,6 @@ def unread_name(source: CaseSource) -> str:
     return f"{source.subject}-{source.views}-unread"
 
 
-def forget_unread(source: CaseSource, folder: Path) -> None:
-    """Remove the rows of earlier calls that could not read a source; raises OSError where the system refuses."""
-    for path in (folder / ROWS).glob(f"{file_part(unread_name(source))}--*.json"):
-        path.unlink(missing_ok=True)
-
-
 def row_of(job: RunJob, status: str, reason: str, measures: Measures) -> Row:
     """A row without scores."""
     return {
@@ -73,6 +72,7 @@ def row_of(job: RunJob, status: str, reason: str, measures: Measures) -> Row:
         "digest": job.digest,
         "case_digest": job.case.digest,
         "system_digest": job.system_digest,
+        "weights_digest": job.weights_digest,
         "settings": dataclasses.asdict(job.settings),
         "polypose": __version__,
     }

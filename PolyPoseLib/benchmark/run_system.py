@@ -12,9 +12,10 @@ from typing import Any
 from PolyPoseLib.benchmark.case_reading import read_known
 from PolyPoseLib.benchmark.child_start import begin
 from PolyPoseLib.benchmark.digests import digest_of
+from PolyPoseLib.benchmark.earlier_files import forget
 from PolyPoseLib.benchmark.measures import Measures, measured
 from PolyPoseLib.benchmark.motion_checks import require_motion
-from PolyPoseLib.benchmark.rows import field_path, pictures_path, publishable, row_of, row_path
+from PolyPoseLib.benchmark.rows import field_path, new_row_path, pictures_path, publishable, row_of
 from PolyPoseLib.benchmark.systems import SYSTEMS, load_system, require_packages
 from PolyPoseLib.data.benchmark.case import BenchmarkCase
 from PolyPoseLib.data.benchmark.job import DONE, FAILED, SKIPPED, RunJob
@@ -62,7 +63,7 @@ def main(argv: Sequence[str]) -> int:
     if status != DONE:
         print(f"polypose: {row['reason']}", file=sys.stderr, flush=True)
     write_row(
-        row_path(job),
+        new_row_path(job),
         {**row, "notes": [publishable(each, job) for each in attempt.notes], "scores": attempt.scores},
     )
     return 0
@@ -87,6 +88,7 @@ def _run(job: RunJob, attempt: _Attempt) -> None:
     require_motion(motion, case.study)
     attempt.notes = tuple(cut(one_line(str(each)), 500) for each in motion.notes)
     attempt.scores = score_case(case, motion)
+    forget(job)  # a field or pictures of another run would lie beside this one's row
     for wanted, work in ((job.keep_field, _write_field), (job.draw, _draw)):
         if wanted:
             try:

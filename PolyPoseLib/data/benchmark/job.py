@@ -99,7 +99,9 @@ class RunJob:
     digest : str
         SHA256 of all that the row depends on.
     system_digest : str
-        SHA256 of what the system is: its code, as far as that is known, and its weights.
+        SHA256 of the system's code, as far as that is known.
+    weights_digest : str
+        What tells the weights of a line of a table from others: SHA256 of the file; empty without one.
     weights : str
         Its file of trained weights; empty without.
     keep_field, draw : bool
@@ -114,6 +116,7 @@ class RunJob:
     folder: str
     digest: str
     system_digest: str
+    weights_digest: str = ""
     weights: str = ""
     keep_field: bool = False
     draw: bool = False

@@ -19,19 +19,19 @@ def table_rows(rows: Sequence[Row]) -> dict[tuple[str, str], list[Row]]:
     Of X-rays that a case holds and that could not be read nobody knows the number: such a row counts in every table of
     its data set that it may belong to, so that no table passes it over in silence.
     """
-    found: dict[tuple[str, str], list[Row]] = {(row["dataset"], _view_set(row)): [] for row in rows}
+    found: dict[tuple[str, str], list[Row]] = {(row["dataset"], view_set(row)): [] for row in rows}
     places = {
         dataset: [views for other, views in found if other == dataset and views.startswith(f"{OWN}-")]
         for dataset, _ in found
     }
     for row in rows:
-        dataset, views = row["dataset"], _view_set(row)
+        dataset, views = row["dataset"], view_set(row)
         for each in (places[dataset] or [OWN]) if views == OWN else [views]:
             found[dataset, each].append(row)
     return {place: its for place, its in found.items() if its}
 
 
-def _view_set(row: Row) -> str:
+def view_set(row: Row) -> str:
     """The views of a row as its table has them.
 
     Real X-rays are named by their frames, "10+9", which differ from subject to subject: what they share is their

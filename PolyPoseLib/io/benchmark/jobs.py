@@ -56,6 +56,7 @@ def parse_job_text(text: str) -> RunJob:
         folder=record.required("folder", nonempty),
         digest=record.required("digest", nonempty),
         system_digest=record.required("system_digest", nonempty),
+        weights_digest=record.required("weights_digest", string),
         weights=record.required("weights", string),
         keep_field=record.required("keep_field", boolean),
         draw=record.required("draw", boolean),

@@ -93,6 +93,13 @@ def test_a_crash_is_a_row_and_the_other_system_has_its_scores(data, tmp_path):
         ),
         (["--weights", "liftrg=absent.pt"], 'The system "liftrg" is not known'),
         (["--methods", "rigid", "--weights", "rigid=absent.pt"], "absent.pt: there is no such file"),
+        (["--methods", "rigid", "--weights", "rigid@own=absent.pt"], "absent.pt: there is no such file"),
+        (["--methods", "rigid", "--weights", "rigid@case-1=absent.pt"], "absent.pt: there is no such file"),
+        (
+            ["--methods", "rigid", "--weights", "rigid@2x30=absent.pt"],
+            'The subject or set of views "2x30" is not known: give one of own, case-1.',
+        ),
+        (["--methods", "rigid", "--weights", "rigid@case-2=absent.pt"], 'did you mean "case-1"?'),
         (["--weights", "polypose=absent.pt"], '"polypose" takes no weights'),
         (["--threads", "0"], "--threads is 0"),
         (["--jobs", "-1"], "--jobs is -1"),

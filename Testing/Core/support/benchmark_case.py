@@ -88,6 +88,13 @@ class Weighs(Mine):
         return Motion(super().fit(study, setting).field, notes=(setting.weights[self.name].read_text(),))
 
 
+class Fits(Weighs):
+    def fit(self, study, setting):
+        if setting.weights[self.name].read_text() != "good":
+            raise InputError("the weights were trained for other X-rays: train them for these.")
+        return super().fit(study, setting)
+
+
 class Changes(Mine):
     def fit(self, study, setting):
         study.ct.voxels[0, 0, 0] += 1

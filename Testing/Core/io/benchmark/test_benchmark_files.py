@@ -23,13 +23,23 @@ from PolyPoseLib.io.cohort.cohort_folder import opened_cohort
 SOURCE = CaseSource("headneck", "/data/é \"q'", "subject01", "2x30")
 CASE = KnownCase(SOURCE, "subject01-2x30", "subject01", "2x30", "d1", "s1")
 JOB = RunJob(
-    CASE, "x", "my:X", RunSettings(2, "cuda", 3), "/out", "d2", "s2", "/w.pt", keep_field=True, draw=True
+    CASE,
+    "x",
+    "my:X",
+    RunSettings(2, "cuda", 3),
+    "/out",
+    "d2",
+    "s2",
+    "w2",
+    "/w.pt",
+    keep_field=True,
+    draw=True,
 )
 ROW = {
     "case": "a-2x30", "dataset": "simulated", "subject": "a", "views": "2x30", "system": "rest", "status": "done",
     "reason": "", "seconds": 1.5, "cpu_seconds": None, "peak_memory_mib": 2.0, "notes": ["n"],
-    "scores": {"structures": {}}, "digest": "d", "case_digest": "c", "system_digest": "s", "polypose": "0.1.0",
-    "settings": {"threads": 1, "device": "cpu", "seed": 0},
+    "scores": {"structures": {}}, "digest": "d", "case_digest": "c", "system_digest": "s", "weights_digest": "",
+    "polypose": "0.1.0", "settings": {"threads": 1, "device": "cpu", "seed": 0},
 }  # fmt: skip
 
 
