@@ -96,7 +96,7 @@ def run_digest(case: str, code: str, settings: RunSettings, weights: str) -> str
     case : str
         Digest of the case.
     code : str
-        Path of the system's class, and of a user's own the digest of its file.
+        Path of the system's class, with versions of its packages, or of a user's own the digest of its file.
     settings : RunSettings
         How it runs.
     weights : str
