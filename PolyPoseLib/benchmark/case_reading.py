@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from PolyPoseLib.benchmark.digests import case_digest, content_digest
@@ -20,9 +20,8 @@ def cases_of(source: CaseSource) -> Iterator[BenchmarkCase]:
 
 def known_cases(source: CaseSource) -> tuple[KnownCase, ...]:
     """Read all cases of a source, and keep what tells them from others; raises InputError for damaged data."""
-    root, files = Path(source.root), _files(source)
-    stamp = files_stamp(files, root)  # before they are read, so that a change meanwhile is seen
-    content = content_digest(files, root)
+    stamp = _files_told(source, files_stamp)  # before they are read, so that a change meanwhile is seen
+    content = _files_told(source, content_digest)
     found = [
         KnownCase(
             source, case.name, case.subject, case.views, case_digest(case, content), _stamp(case, stamp)
@@ -37,7 +36,7 @@ def known_cases(source: CaseSource) -> tuple[KnownCase, ...]:
 def read_known(known: KnownCase) -> BenchmarkCase:
     """Read a case again; raises InputError when it is no longer what it was, or the data are damaged."""
     case = next((case for case in cases_of(known.source) if case.name == known.name), None)
-    now = files_stamp(_files(known.source), Path(known.source.root))
+    now = _files_told(known.source, files_stamp)
     if case is None or _stamp(case, now) != known.stamp:
         raise InputError(
             f"{known.name}: it is not the case that was read at first: its data, or the program that renders its "
@@ -46,9 +45,15 @@ def read_known(known: KnownCase) -> BenchmarkCase:
     return case
 
 
-def _files(source: CaseSource) -> list[Path]:
-    """All that the cases of a source are made of; raises InputError."""
-    return READERS[source.dataset].files(Path(source.root), source.subject)
+def _files_told(source: CaseSource, tell: Callable[[list[Path], Path], str]) -> str:
+    """What is told of all files that the cases of a source are made of; raises InputError."""
+    root = Path(source.root)
+    try:
+        return tell(READERS[source.dataset].files(root, source.subject), root)
+    except OSError as error:
+        raise InputError(
+            f"{error.filename}: the file cannot be read ({error.strerror}): check its permissions."
+        ) from error
 
 
 def _stamp(case: BenchmarkCase, files: str) -> str:

@@ -1,12 +1,13 @@
 """Cases are known again by what they are made of, and read again only where that has changed."""
 
 import os
+import re
 
 import numpy as np
 import pytest
 from benchmark_home import change_one_voxel, run
 
-from PolyPoseLib.benchmark import know_cases
+from PolyPoseLib.benchmark import digests, know_cases
 from PolyPoseLib.benchmark import run as benchmark_run
 from PolyPoseLib.io.benchmark import two_scans
 
@@ -96,6 +97,20 @@ def test_a_projector_that_changes_between_reading_and_running_gives_no_scores(ho
     assert row["status"] == "failed" and "run the command again with --resume" in row["reason"]
     (row,) = run(home, "rest", views=("2x30",))
     assert row["status"] == "done"
+
+
+def test_a_file_that_cannot_be_read_is_told_in_one_sentence(home, monkeypatch):
+    home, _ = home
+
+    def refused(path):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(digests, "file_digest", refused)
+    (row,) = run(home, "rest")
+    assert row["status"] == "failed"
+    assert re.search(
+        r"could not be read: case-1/\S+: the file cannot be read \(Permission denied\)", row["reason"]
+    )
 
 
 def test_a_result_beside_the_x_rays_is_no_part_of_the_case(home):
