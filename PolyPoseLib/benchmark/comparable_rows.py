@@ -25,7 +25,7 @@ def comparable_rows(rows: Sequence[Row], folder: Path) -> list[Row]:
     known = _Known(rows)
     pairs = {_pair(row): row for row in rows}
     found: dict[Path, Row] = {}
-    left_out = 0
+    left_out = taken = 0
     for path in _newest_first((folder / ROWS).glob("*.json")):
         row = read_row(path)
         if row is None:
@@ -38,6 +38,7 @@ def comparable_rows(rows: Sequence[Row], folder: Path) -> list[Row]:
         elif ours is not None:
             known.add(row)
             pairs[_pair(row)] = row
+            taken += 1
         else:
             known.add(row)
             found[path] = row
@@ -46,6 +47,10 @@ def comparable_rows(rows: Sequence[Row], folder: Path) -> list[Row]:
             "%d rows of earlier runs are left out of the tables: their data, settings, weights, code or version "
             "differ; name their systems in --methods to run them again.",
             left_out,
+        )
+    if taken:
+        _LOG.warning(
+            "%d runs that were skipped now have scores of an earlier call, which stand in the tables.", taken
         )
     return [*pairs.values(), *(found[path] for path in sorted(found))]
 

@@ -249,5 +249,5 @@ def _verdict(rows: Sequence[dict[str, Any]], output: Path) -> int:
     if not parts:
         return 0
     raise UntrustedResultError(
-        f"Of {len(rows)} runs {' and '.join(parts)}: the rows in {output / 'rows'} say why."
+        f"Of {len(rows)} runs {' and '.join(parts)}: the rows and logs in {output} say why."
     )

@@ -78,12 +78,13 @@ def test_one_system_may_have_other_weights_in_another_table(home):
     assert [each["system"] for each in comparable_rows([row], home / "out")] == ["rest", "a", "a"]
 
 
-def test_scores_of_an_earlier_call_stand_for_a_run_that_could_not_run(home):
+def test_scores_of_an_earlier_call_stand_for_a_run_that_could_not_run(home, caplog):
     home, _ = home
     (row,) = run(home, "rest")
     skipped = row | {"status": "skipped", "scores": {}, "weights_digest": "other"}
     (found,) = comparable_rows([skipped], home / "out")
     assert found["status"] == "done"
+    assert "1 runs that were skipped now have scores of an earlier call" in caplog.text
     # But not beside scores of other weights, nor of data that have changed.
     other = row | {"case": "case-2", "weights_digest": "other"}
     assert comparable_rows([skipped, other], home / "out")[0] == skipped

@@ -55,7 +55,7 @@ def test_a_crash_is_a_row_and_the_other_system_has_its_scores(data, tmp_path):
         "my_systems:Crashes",
     ]
     status, out, err = ended(started_benchmark(tmp_path, *command, "--progress", "json"))
-    assert status == 3 and "Of 2 runs 1 failed: the rows in out/rows say why." in err
+    assert status == 3 and "Of 2 runs 1 failed: the rows and logs in out say why." in err
     assert "Traceback" not in err
     steps = [json.loads(line) for line in out.splitlines()]
     assert [(each["system"], each["status"], each["iteration"], each["of"]) for each in steps] == [
