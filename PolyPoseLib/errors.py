@@ -46,6 +46,10 @@ class InputError(PolyPoseError, ValueError):
     exit_status = 2
 
 
+class NotFiniteError(InputError):
+    """Numbers are not finite; where they were computed, and not given, the computation diverged."""
+
+
 class UntrustedResultError(PolyPoseError):
     """The registration ran, but its result must not be trusted; the sentence says why."""
 

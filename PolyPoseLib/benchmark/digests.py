@@ -5,13 +5,15 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Mapping
+import os
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from PolyPoseLib import __version__
+from PolyPoseLib.data.benchmark.case import BenchmarkCase
 from PolyPoseLib.data.benchmark.job import RunSettings
 
 _BLOCK_BYTES = 1 << 22
@@ -66,9 +68,24 @@ def file_digest(path: Path) -> str:
     return found.hexdigest()
 
 
-def system_digest(code: str, weights: str) -> str:
-    """SHA256 of what a system is; code, weights: as of ``run_digest``."""
-    return hashlib.sha256(json.dumps([code, weights]).encode()).hexdigest()
+def content_digest(files: Iterable[Path], root: Path) -> str:
+    """SHA256 of the names below a root and the contents of some files; raises OSError where the system refuses."""
+    names = {os.path.relpath(path, root): path for path in files}
+    return digest_of({name: file_digest(path) for name, path in names.items()})
+
+
+def case_digest(case: BenchmarkCase, content: str) -> str:
+    """SHA256 of what a case is made of; content: of its files.
+
+    Nothing that was computed is in it: the last bit of that is another one on another processor or by another version
+    of a library, where the case is still the same. What rendered its X-rays is, since projectors differ by more.
+    """
+    return digest_of([case.dataset, case.name, case.views, case.projector, content])
+
+
+def system_digest(code: str) -> str:
+    """SHA256 of what a system is; code: as of ``run_digest``."""
+    return hashlib.sha256(code.encode()).hexdigest()
 
 
 def run_digest(case: str, code: str, settings: RunSettings, weights: str) -> str:
@@ -79,7 +96,7 @@ def run_digest(case: str, code: str, settings: RunSettings, weights: str) -> str
     case : str
         Digest of the case.
     code : str
-        Path of the system's class, and of a user's own the digest of its file.
+        Path of the system's class, with versions of its packages, or of a user's own the digest of its file.
     settings : RunSettings
         How it runs.
     weights : str

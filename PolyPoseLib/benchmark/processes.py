@@ -7,9 +7,10 @@ import sys
 import tempfile
 from pathlib import Path
 
+from PolyPoseLib.benchmark.earlier_files import put_row
 from PolyPoseLib.benchmark.hidden_names import HiddenNames
 from PolyPoseLib.benchmark.measures import Measures
-from PolyPoseLib.benchmark.rows import log_path, row_of, row_path
+from PolyPoseLib.benchmark.rows import log_path, new_row_path, row_of, row_path
 from PolyPoseLib.cohort.child import ChildEnd, run_child
 from PolyPoseLib.cohort.child_words import child_environment, last_sentence, signal_name
 from PolyPoseLib.data.benchmark.job import FAILED, CaseSource, KnownCase, RunJob
@@ -64,7 +65,7 @@ def run_system(job: RunJob, run: str, limit_seconds: float | None) -> Row:
     Parameters
     ----------
     job : RunJob
-        What to run; an earlier row of it is removed first.
+        What to run.
     run : str
         Name of the benchmark's run.
     limit_seconds : float or None
@@ -73,27 +74,28 @@ def run_system(job: RunJob, run: str, limit_seconds: float | None) -> Row:
     Returns
     -------
     dict
-        Its row, which is in its place already.
+        Its row, which is in its place already, unless that holds scores and this run could not run.
 
     Raises
     ------
     InterruptedRun
-        The benchmark was ended meanwhile; no row is left.
+        The benchmark was ended meanwhile; there is no row of this run.
 
     """
-    place = row_path(job)
-    place.unlink(missing_ok=True)
+    new = new_row_path(job)
+    new.unlink(missing_ok=True)
     share = job.settings.threads, limit_seconds
     end, said = _ended(["run_system", job_text(job)], job.case.source, log_path(job), run, share)
-    row = read_row(place)
+    row = read_row(new)
     if row is not None and row["digest"] == job.digest:
-        return row  # also of a process that a library brought down at its very end
+        put_row(job, row)  # also of a process that a library brought down at its very end
+        return row
     if end.late:
         reason = f"It took longer than the limit of {limit_seconds:g} s and was ended."
     else:
         reason = said or f"It {_how(end)}; see {LOGS}/{log_path(job).name}."
     row = row_of(job, FAILED, reason, Measures(end.seconds, end.cpu_seconds, end.peak_memory_mib))
-    write_row(place, row)
+    put_row(job, row)
     return row
 
 

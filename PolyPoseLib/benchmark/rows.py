@@ -10,7 +10,7 @@ from PolyPoseLib import __version__
 from PolyPoseLib.benchmark.hidden_names import HiddenNames
 from PolyPoseLib.benchmark.measures import Measures
 from PolyPoseLib.benchmark.systems import file_part
-from PolyPoseLib.data.benchmark.job import RunJob
+from PolyPoseLib.data.benchmark.job import CaseSource, RunJob
 from PolyPoseLib.errors import cut, one_line
 from PolyPoseLib.io.benchmark.benchmark_folder import FIELDS, LOGS, PICTURES, ROWS
 from PolyPoseLib.io.benchmark.row_files import Row
@@ -31,6 +31,11 @@ def row_path(job: RunJob) -> Path:
     return Path(job.folder, ROWS, f"{pair_name(job)}.json")
 
 
+def new_row_path(job: RunJob) -> Path:
+    """Where its process writes it; whether it takes the place of an earlier one is decided afterwards."""
+    return Path(job.folder, ROWS, f"{pair_name(job)}.new")
+
+
 def log_path(job: RunJob) -> Path:
     """Where what the process of a job prints is written."""
     return Path(job.folder, LOGS, f"{pair_name(job)}.log")
@@ -44,6 +49,11 @@ def field_path(job: RunJob) -> Path:
 def pictures_path(job: RunJob) -> Path:
     """The folder of the pictures of what a system did."""
     return Path(job.folder, PICTURES, pair_name(job))
+
+
+def unread_name(source: CaseSource) -> str:
+    """In place of the name of a case that could not be read."""
+    return f"{source.subject}-{source.views}-unread"
 
 
 def row_of(job: RunJob, status: str, reason: str, measures: Measures) -> Row:
@@ -62,6 +72,7 @@ def row_of(job: RunJob, status: str, reason: str, measures: Measures) -> Row:
         "digest": job.digest,
         "case_digest": job.case.digest,
         "system_digest": job.system_digest,
+        "weights_digest": job.weights_digest,
         "settings": dataclasses.asdict(job.settings),
         "polypose": __version__,
     }

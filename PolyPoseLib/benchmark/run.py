@@ -9,7 +9,7 @@ import secrets
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import partial
@@ -17,15 +17,19 @@ from pathlib import Path
 
 from PolyPoseLib import __version__
 from PolyPoseLib.benchmark.digests import file_digest, run_digest, system_digest
+from PolyPoseLib.benchmark.earlier_files import finished_row, forget_unread
 from PolyPoseLib.benchmark.processes import InterruptedRun, know_cases, run_system, unread_row
-from PolyPoseLib.benchmark.rows import UNREAD, field_path, pictures_path, row_path
-from PolyPoseLib.benchmark.systems import NamedSystem, weights_names
+from PolyPoseLib.benchmark.rows import UNREAD, unread_name
+from PolyPoseLib.benchmark.systems import NamedSystem
+from PolyPoseLib.benchmark.weights_given import PER_SUBJECT, given_weights
 from PolyPoseLib.cohort.child import end_children
 from PolyPoseLib.data.benchmark.job import DONE, CaseSource, KnownCase, RunJob, RunSettings
 from PolyPoseLib.data.benchmark.progress import RUNNING, BenchmarkProgress
 from PolyPoseLib.errors import InputError
-from PolyPoseLib.io.benchmark.benchmark_folder import ROWS, data_stamp
-from PolyPoseLib.io.benchmark.row_files import Row, read_row
+from PolyPoseLib.io.benchmark.benchmark_folder import data_stamp
+from PolyPoseLib.io.benchmark.readers import READERS
+from PolyPoseLib.io.benchmark.row_files import Row
+from PolyPoseLib.simulation.independent_projector import projector_name
 
 _LOG = logging.getLogger(__name__)
 
@@ -51,7 +55,7 @@ class Benchmark:
     settings : RunSettings
         The same for all runs.
     weights : {str: Path}
-        {system: file of its trained weights}.
+        {system: file of its trained weights}, of "system@views" or "system@subject" for these alone.
     jobs : int
         Runs at the same time.
     limit_seconds : float or None
@@ -133,7 +137,7 @@ class _Plan:
         self.run = secrets.token_hex(8)
         self._progress = progress
         self._began = time.monotonic()
-        self._stamp = f"{__version__} {data_stamp(Path(benchmark.sources[0].root))}"
+        self._stamp = " ".join((__version__, projector_name(), data_stamp(Path(benchmark.sources[0].root))))
         self._code = {each.name: each.code for each in benchmark.systems}
         self._weights = {path: file_digest(path) for path in benchmark.weights.values()}
         self._cases = [1] * len(benchmark.sources)
@@ -163,11 +167,13 @@ class _Plan:
         try:
             cases = know_cases(source, self.benchmark.folder, self._stamp, self.run)
             self._require_new(cases, source)
+            forget_unread(source, self.benchmark.folder)
         except InterruptedRun:
             return []
         except InputError as error:
-            name = f"{source.subject}-{source.views}-unread"
-            unread = KnownCase(source, name, source.subject, source.views, UNREAD)
+            name = unread_name(source)
+            subject, views = READERS[source.dataset].row_names(source.subject, source.views)
+            unread = KnownCase(source, name, subject, views, UNREAD, UNREAD)
             for system in numbers:
                 row = unread_row(self._job(unread, system), str(error))
                 self._end((number, 0, system), row)
@@ -193,7 +199,7 @@ class _Plan:
     def attempt(self, key: tuple[int, int, int], case: KnownCase) -> _Tasks:
         """Run a system on a case, unless its row is there."""
         job = self._job(case, key[2])
-        if (earlier := _finished_row(job)) is not None:
+        if (earlier := finished_row(job)) is not None:
             self._end(key, earlier, reused=True)
             return []
         self._tell({"case": job.case.name, "system": job.system, "status": RUNNING})
@@ -203,15 +209,22 @@ class _Plan:
 
     def _job(self, case: KnownCase, number: int) -> RunJob:
         system, settings = self.benchmark.systems[number], self.benchmark.settings
-        files = self.benchmark.weights
-        given = next((files[name] for name in weights_names(system.name) if name in files), None)
-        weights = "" if given is None else self._weights[given]
+        given = given_weights(self.benchmark.weights, system.name, case.source)
+        weights = "" if given is None else self._weights[given.path]
         code = self._code[system.name]
-        digest, own = run_digest(case.digest, code, settings, weights), system_digest(code, weights)
-        folder = str(self.benchmark.folder)
         more = {"keep_field": self.benchmark.keep_fields, "draw": self.benchmark.draw}
-        file = "" if given is None else str(given)
-        return RunJob(case, system.name, system.path, settings, folder, digest, own, file, **more)
+        return RunJob(
+            case,
+            system.name,
+            system.path,
+            settings,
+            folder=str(self.benchmark.folder),
+            digest=run_digest(case.digest, code, settings, weights),
+            system_digest=system_digest(code),
+            weights_digest=weights if given is None or not given.of_subject else PER_SUBJECT,
+            weights="" if given is None else str(given.path),
+            **more,
+        )
 
     def _end(self, key: tuple[int, int, int], row: Row, reused: bool = False) -> None:
         """A run has ended."""
@@ -240,51 +253,4 @@ class _Plan:
             )
 
 
-def _finished_row(job: RunJob) -> Row | None:
-    """The row of an earlier call, when it has scores, nothing of the run has changed, and what is asked is kept."""
-    row = read_row(row_path(job))
-    if row is None or row["digest"] != job.digest or row["status"] != DONE:
-        return None
-    missing = (job.keep_field and not field_path(job).is_file()) or (
-        job.draw and not pictures_path(job).is_dir()
-    )
-    return None if missing else row
-
-
 _Tasks = list[Callable[[], "_Tasks"]]
-
-
-def comparable_rows(rows: list[Row], folder: Path) -> list[Row]:
-    """The rows of a call, at least one, with those of earlier calls that can stand in one table with them.
-
-    Left out, and logged, are rows of other settings or versions of PolyPose, of a case that has changed since, and of
-    a system with other code or weights than its newest row has: a line of a table is one system on one set of data.
-    """
-    cases = {row["case"]: row["case_digest"] for row in rows}
-    systems = {row["system"]: row["system_digest"] for row in rows}
-    known = {(row["case"], row["system"]) for row in rows}
-    found: dict[Path, Row] = {}
-    left_out = 0
-    for path in _newest_first((folder / ROWS).glob("*.json")):
-        row = read_row(path)
-        if row is None or (row["case"], row["system"]) in known or row["case_digest"] == UNREAD:
-            continue
-        alike = all(row[name] == rows[0][name] for name in ("settings", "polypose"))
-        alike = alike and cases.get(row["case"], row["case_digest"]) == row["case_digest"]
-        if alike and systems.get(row["system"], row["system_digest"]) == row["system_digest"]:
-            cases[row["case"]], systems[row["system"]] = row["case_digest"], row["system_digest"]
-            found[path] = row
-        else:
-            left_out += 1
-    if left_out:
-        _LOG.warning(
-            "%d rows of earlier runs are left out of the tables: their data, settings, weights, code or version "
-            "differ; name their systems in --methods to run them again.",
-            left_out,
-        )
-    return [*rows, *(found[path] for path in sorted(found))]
-
-
-def _newest_first(paths: Iterable[Path]) -> list[Path]:
-    """Files by the time when they were written; of those of one time, by name."""
-    return sorted(sorted(paths), key=lambda path: path.stat().st_mtime_ns, reverse=True)

@@ -12,14 +12,15 @@ from typing import Any
 from PolyPoseLib.benchmark.case_reading import read_known
 from PolyPoseLib.benchmark.child_start import begin
 from PolyPoseLib.benchmark.digests import digest_of
+from PolyPoseLib.benchmark.earlier_files import forget
 from PolyPoseLib.benchmark.measures import Measures, measured
 from PolyPoseLib.benchmark.motion_checks import require_motion
-from PolyPoseLib.benchmark.rows import field_path, pictures_path, publishable, row_of, row_path
+from PolyPoseLib.benchmark.rows import field_path, new_row_path, pictures_path, publishable, row_of
 from PolyPoseLib.benchmark.systems import SYSTEMS, load_system, require_packages
 from PolyPoseLib.data.benchmark.case import BenchmarkCase
 from PolyPoseLib.data.benchmark.job import DONE, FAILED, SKIPPED, RunJob
 from PolyPoseLib.data.benchmark.system import Motion, SystemSetting
-from PolyPoseLib.errors import InputError, PolyPoseError, cut, is_out_of_memory, one_line
+from PolyPoseLib.errors import InputError, NotFiniteError, PolyPoseError, cut, is_out_of_memory, one_line
 from PolyPoseLib.evaluation.benchmark.scores import score_case
 from PolyPoseLib.io.benchmark.jobs import parse_job_text
 from PolyPoseLib.io.benchmark.row_files import write_row
@@ -62,7 +63,7 @@ def main(argv: Sequence[str]) -> int:
     if status != DONE:
         print(f"polypose: {row['reason']}", file=sys.stderr, flush=True)
     write_row(
-        row_path(job),
+        new_row_path(job),
         {**row, "notes": [publishable(each, job) for each in attempt.notes], "scores": attempt.scores},
     )
     return 0
@@ -87,6 +88,7 @@ def _run(job: RunJob, attempt: _Attempt) -> None:
     require_motion(motion, case.study)
     attempt.notes = tuple(cut(one_line(str(each)), 500) for each in motion.notes)
     attempt.scores = score_case(case, motion)
+    forget(job)  # a field or pictures of another run would lie beside this one's row
     for wanted, work in ((job.keep_field, _write_field), (job.draw, _draw)):
         if wanted:
             try:
@@ -113,10 +115,16 @@ def _draw(job: RunJob, case: BenchmarkCase, motion: Motion) -> None:
 
 
 def _unless_it_cannot(work: Callable[[], Any]) -> Any:
-    """What the work gives; raises _CannotRun where it says by InputError, or a missing package, that it cannot run."""
+    """What the work gives; raises _CannotRun where it says by InputError, or a missing package, that it cannot run.
+
+    Numbers that are not finite and a lack of memory are no such thing, but how the system fails here.
+    """
     try:
         return work()
     except (InputError, ModuleNotFoundError) as error:
+        lacked_memory = error.__cause__ is not None and is_out_of_memory(error.__cause__)
+        if isinstance(error, NotFiniteError) or lacked_memory:
+            raise
         raise _CannotRun from error
 
 

@@ -92,12 +92,16 @@ class NamedSystem:
 
     @property
     def code(self) -> str:
-        """What tells its code from another's: of the table by its path, a user's by the content of its file as well.
+        """What tells its code from another's: its path, of the table the versions of its packages, a user's its file.
 
-        Raises InputError where there is no such module.
+        Nothing of a user's is imported for that. Raises InputError where there is no such module.
         """
         if not self.own:
-            return self.path
+            try:
+                needs = load_system(self.path).needs
+            except ImportError:  # its runs say so
+                return self.path
+            return ", ".join([self.path, *(f"{need} {_version(need) or 'absent'}" for need in needs)])
         return f"{self.path} {file_digest(_file_of(self.path.partition(':')[0]))}"
 
 
@@ -195,13 +199,15 @@ def load_system(path: str) -> System:
 
 def missing_packages(system: System) -> list[str]:
     """Those of the packages that a system needs that are not installed."""
-    missing = []
-    for need in system.needs:
-        try:
-            metadata.distribution(re.split(r"[\s\[<>=!~;]", need, maxsplit=1)[0])
-        except metadata.PackageNotFoundError:
-            missing.append(need)
-    return missing
+    return [need for need in system.needs if _version(need) is None]
+
+
+def _version(need: str) -> str | None:
+    """The installed version of a package that is needed; None without one."""
+    try:
+        return metadata.version(re.split(r"[\s\[<>=!~;]", need, maxsplit=1)[0])
+    except metadata.PackageNotFoundError:
+        return None
 
 
 def require_packages(system: System) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.cli._arguments import add_progress, new_parser
 from PolyPoseLib.cli._benchmark_lines import EndedRuns, RunLines
+from PolyPoseLib.cli._benchmark_weights import weight_files
 from PolyPoseLib.cli._console import progress_display, table
 from PolyPoseLib.data.benchmark.job import DATASETS, DONE, FAILED, SKIPPED, CaseSource, RunSettings
 from PolyPoseLib.data.options import RANGES
@@ -78,7 +79,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         nargs="+",
         default=[],
         metavar="SYSTEM=FILE",
-        help="files of trained weights, for systems that --list shows to need them; nothing is downloaded",
+        help="files of trained weights, for systems that --list shows to need them; SYSTEM@VIEWS=FILE or "
+        "SYSTEM@SUBJECT=FILE, as in liftreg@2x30=FILE, for these views or this subject alone; nothing is downloaded",
     )
     parser.add_argument(
         "--resume",
@@ -145,13 +147,14 @@ def system_line(name: str, path: str) -> tuple[str, ...]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run, and write tables and figures; raises UntrustedResultError when systems have no scores."""
+    from PolyPoseLib.benchmark.comparable_rows import comparable_rows
     from PolyPoseLib.benchmark.outputs import write_outputs
-    from PolyPoseLib.benchmark.run import Benchmark, comparable_rows, run_benchmark
+    from PolyPoseLib.benchmark.run import Benchmark, run_benchmark
     from PolyPoseLib.io.benchmark.benchmark_folder import opened_benchmark
 
     systems, settings = checked(arguments)
-    weights = weight_files(arguments.weights, systems)
     sources = case_sources(arguments)
+    weights = weight_files(arguments.weights, systems, sources)
     with opened_benchmark(arguments.output, arguments.dataset, arguments.data, arguments.resume) as folder:
         benchmark = Benchmark(
             sources,
@@ -219,33 +222,6 @@ def case_sources(arguments: argparse.Namespace) -> tuple[CaseSource, ...]:
     )
 
 
-def weight_files(words: Sequence[str], systems: Sequence[NamedSystem]) -> dict[str, Path]:
-    """{system: its file} of --weights; raises InputError."""
-    from PolyPoseLib.benchmark.systems import SYSTEMS, weights_names
-    from PolyPoseLib.benchmark.weight_checks import require_weights
-
-    known = list(dict.fromkeys(name for each in systems for name in weights_names(each.name)))
-    found: dict[str, Path] = {}
-    for word in words:
-        name, equals, path = word.partition("=")
-        if not equals or not path:
-            raise InputError(f'--weights: "{one_line(word)[:80]}" gives no file: write SYSTEM=FILE.')
-        if name in SYSTEMS and name not in known:
-            raise InputError(
-                f'--weights: "{name}" is not among the systems that run: add it to --methods, or leave its file out.'
-            )
-        if name not in known:
-            raise InputError(f"--weights: {unknown_name('system', name, known)}")
-        if name in found:
-            raise InputError(f'--weights: "{name}" has two files: give one.')
-        try:
-            require_weights(name, Path(path))
-        except InputError as error:
-            raise InputError(f"--weights: {error}") from error
-        found[name] = Path(path).resolve()
-    return found
-
-
 def summary(rows: Sequence[dict[str, Any]], systems: Sequence[NamedSystem]) -> str:
     """How many runs of each system have scores, and what they took."""
     lines = []
@@ -273,5 +249,5 @@ def _verdict(rows: Sequence[dict[str, Any]], output: Path) -> int:
     if not parts:
         return 0
     raise UntrustedResultError(
-        f"Of {len(rows)} runs {' and '.join(parts)}: the rows in {output / 'rows'} say why."
+        f"Of {len(rows)} runs {' and '.join(parts)}: the rows and logs in {output} say why."
     )

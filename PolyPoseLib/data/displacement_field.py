@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, NotFiniteError
 from PolyPoseLib.geometry.grid import require_grid, set_grid
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class DisplacementField:
             )
         require_grid(affine, "a displacement field")
         if not np.isfinite(vectors).all():
-            raise InputError("A displacement field holds NaN or infinity: give finite vectors in mm.")
+            raise NotFiniteError("A displacement field holds NaN or infinity: give finite vectors in mm.")
         object.__setattr__(self, "vectors", vectors.astype(np.float32, copy=False))
         object.__setattr__(self, "affine", affine)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +30,16 @@ def rtk_available() -> bool:
     return (
         importlib.util.find_spec("itk") is not None and importlib.util.find_spec("itk.RTKPython") is not None
     )
+
+
+def projector_name() -> str:
+    """The projector that "auto" stands for here, with its version: "rtk 2.7.0", or "sum"."""
+    if not rtk_available():
+        return "sum"
+    try:
+        return f"rtk {metadata.version('itk-rtk')}"
+    except metadata.PackageNotFoundError:  # built by hand
+        return "rtk"
 
 
 def project(attenuation: Volume, camera: Camera, projector: str = "auto") -> np.ndarray:

@@ -34,7 +34,7 @@ import torch
 from torch import Tensor
 from torch.utils.checkpoint import checkpoint
 
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, NotFiniteError
 from PolyPoseLib.geometry import se3
 from PolyPoseLib.warp.weights import DistanceMaps, WeightForm, weights
 
@@ -141,7 +141,7 @@ class PolyrigidWarp:
                 f"not {tuple(self.poses.shape)}."
             )
         if not bool(torch.isfinite(self.poses).all()):
-            raise InputError("A pose of the warp holds NaN or infinity: the registration diverged.")
+            raise NotFiniteError("A pose of the warp holds NaN or infinity: the registration diverged.")
         if frame not in ("moving", "fixed"):
             raise InputError(f"The weights' frame {frame!r} is not known; choose 'moving' or 'fixed'.")
         if rotation_falloff is not None and rotation_falloff.centroids.shape != (count, 3):

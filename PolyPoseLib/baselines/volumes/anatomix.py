@@ -25,7 +25,7 @@ from PolyPoseLib.baselines.weights import load_weights, weights_file
 from PolyPoseLib.data.benchmark.system import SystemSetting
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.study import Study
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import NotFiniteError
 
 SOURCE = "anatomix.pth of the folder model-weights at https://github.com/neel-dey/anatomix"
 
@@ -67,7 +67,7 @@ class FdkAnatomix(FdkSystem):
             )
             kji = register_features(fixed, moving, FeatureSettings(), setting)
         if not np.isfinite(kji).all():
-            raise InputError(f"{self.name} diverged: its displacements are not finite.")
+            raise NotFiniteError(f"{self.name} diverged: its displacements are not finite.")
         return pair.field_of_voxels(kji)
 
     def notes(self, study: Study) -> tuple[str, ...]:

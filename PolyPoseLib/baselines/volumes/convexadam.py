@@ -19,7 +19,7 @@ from PolyPoseLib.baselines.volumes.fdk_system import FdkSystem, quiet_package
 from PolyPoseLib.baselines.volumes.pair import VolumePair
 from PolyPoseLib.data.benchmark.system import SystemSetting
 from PolyPoseLib.data.displacement_field import DisplacementField
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import NotFiniteError
 
 BLOCK = 6
 """Voxels along a side of the blocks of the package's search; those of its second stage have 2."""
@@ -45,5 +45,5 @@ class FdkConvexAdam(FdkSystem):
             )
         # Voxels along the array's own axes, to be added to a fixed index to get the moving one.
         if not np.isfinite(kji).all():
-            raise InputError(f"{self.name} diverged: its displacements are not finite.")
+            raise NotFiniteError(f"{self.name} diverged: its displacements are not finite.")
         return pair.field_of_voxels(kji)

@@ -14,7 +14,7 @@ from PolyPoseLib.baselines.volumes.pair import VolumePair, pair_of
 from PolyPoseLib.data.benchmark.system import Motion, SystemSetting
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.study import Study
-from PolyPoseLib.errors import CancelledError, InputError
+from PolyPoseLib.errors import CancelledError, InputError, NotFiniteError
 from PolyPoseLib.similarity.torch_threads import torch_threads
 
 
@@ -85,7 +85,7 @@ def quiet_package(setting: SystemSetting) -> Iterator[None]:
 
 
 def finite_field(pair: VolumePair, vectors: np.ndarray, name: str) -> DisplacementField:
-    """The field of vectors (k, j, i, 3) mm; raises InputError with the system's name where it diverged."""
+    """The field of vectors (k, j, i, 3) mm; raises NotFiniteError with the system's name where it diverged."""
     if not np.isfinite(vectors).all():
-        raise InputError(f"{name} diverged: its displacements are not finite.")
+        raise NotFiniteError(f"{name} diverged: its displacements are not finite.")
     return pair.field(vectors)

@@ -86,6 +86,8 @@ class BenchmarkCase:
         {group: names out of `labels`}, as the tables have them: {"bones": (...), "soft organs": (...)}.
     truth
         For the scores alone.
+    projector
+        What rendered the study's X-rays, with its version; empty for X-rays that the data set holds.
 
     """
 
@@ -97,6 +99,7 @@ class BenchmarkCase:
     labels: Mapping[str, tuple[int, ...]]
     groups: Mapping[str, tuple[str, ...]]
     truth: CaseTruth
+    projector: str = ""
 
     def __post_init__(self) -> None:
         """Check that the parts fit together; raises InputError."""

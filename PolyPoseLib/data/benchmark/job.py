@@ -22,7 +22,7 @@ class CaseSource:
     root : str
         Folder or file of the data.
     subject : str
-        As its reader lists it.
+        As its reader lists it; a patient with several pairs of scans is listed once for each.
     views : str
         One set of views by the name that its reader has for it, as a rule "2x30": number of views x arc in degrees.
 
@@ -65,7 +65,10 @@ class KnownCase:
     name, subject, views : str
         As ``BenchmarkCase`` has them.
     digest : str
-        SHA256 of everything in it, the truth included.
+        SHA256 of the files that it is made of and of what rendered its X-rays: of nothing that is computed, which
+        differs by the last bit between processors and versions of libraries.
+    stamp : str
+        Of the same, by the files' sizes and times: whether it still is the case that was read.
 
     """
 
@@ -74,6 +77,7 @@ class KnownCase:
     subject: str
     views: str
     digest: str
+    stamp: str
 
 
 @dataclass(frozen=True)
@@ -95,7 +99,9 @@ class RunJob:
     digest : str
         SHA256 of all that the row depends on.
     system_digest : str
-        SHA256 of what the system is: its code, as far as that is known, and its weights.
+        SHA256 of the system's code, as far as that is known.
+    weights_digest : str
+        What tells the weights of a line of a table from others: SHA256 of the file; empty without one.
     weights : str
         Its file of trained weights; empty without.
     keep_field, draw : bool
@@ -110,6 +116,7 @@ class RunJob:
     folder: str
     digest: str
     system_digest: str
+    weights_digest: str = ""
     weights: str = ""
     keep_field: bool = False
     draw: bool = False

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -62,19 +61,6 @@ class Column:
     def value(self, row: Row) -> float | None:
         """The number of a row; None where it has none."""
         return number_at(row, self.path)
-
-
-_FRAMES = re.compile(r"[0-9]+(\+[0-9]+)*", re.ASCII)
-
-
-def view_set(row: Row) -> str:
-    """The views of a row as its table has them.
-
-    Real X-rays are named by their frames, "10+9", which differ from subject to subject: what they share is their
-    number, "2-frames".
-    """
-    views = str(row["views"])
-    return f"{views.count('+') + 1}-frames" if _FRAMES.fullmatch(views) else views
 
 
 def number_at(row: Any, path: Sequence[str]) -> float | None:

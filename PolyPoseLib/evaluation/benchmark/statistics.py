@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from PolyPoseLib.evaluation.benchmark.columns import Column, Row, columns_of, view_set
+from PolyPoseLib.evaluation.benchmark.columns import Column, Row, columns_of
+from PolyPoseLib.evaluation.benchmark.table_rows import table_rows
 
 OURS = "polypose"
 """The system that is tested against its best rival."""
 
 VARIANTS = ("polypose-found",)
-"""Systems of the tables that are OURS under other conditions, and so no rivals of it."""
+"""Systems of the tables that are OURS under other conditions: no rivals of it, and without a rank among the others."""
 
 REFERENCE = "rest"
 """Doing nothing, which is no method: it stands in the tables without a rank."""
@@ -169,13 +170,7 @@ def tables_of(rows: Sequence[Row], ours: str = OURS) -> list[Table]:
         A system that has no row for a case of its table counts as not having finished it.
 
     """
-    places = dict.fromkeys((str(row["dataset"]), view_set(row)) for row in rows)
-    return [
-        _table(
-            dataset, views, [row for row in rows if (row["dataset"], view_set(row)) == (dataset, views)], ours
-        )
-        for dataset, views in places
-    ]
+    return [_table(dataset, views, own, ours) for (dataset, views), own in table_rows(rows).items()]
 
 
 def _table(dataset: str, views: str, rows: Sequence[Row], ours: str) -> Table:
@@ -225,7 +220,7 @@ def _ranked(column: Column, lines: Sequence[Line]) -> tuple[frozenset[str], froz
     if column.better is None:
         return frozenset(), frozenset()
     printed: dict[float, set[str]] = {}
-    for line in _comparable(column, lines):
+    for line in _comparable(column, [line for line in lines if line.system not in VARIANTS]):
         printed.setdefault(float(f"{line.cells[column.key].mean:.{column.decimals}f}"), set()).add(
             line.system
         )

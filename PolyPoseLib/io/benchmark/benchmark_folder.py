@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.benchmark.places import files_below
 from PolyPoseLib.io.locks import locked
 from PolyPoseLib.io.marked_folders import FolderMark, require_parent, resolved_places
 
@@ -82,27 +83,20 @@ def _require_place(folder: Path, target: Path, dataset: str, resume: bool) -> No
 
 
 def data_stamp(data: Path) -> str:
-    """A digest of the names, sizes and times of change of all files below a folder, or of a file.
+    """A digest of the names, sizes and times of change of all files in the data, a folder or a file.
 
-    As long as it stays, cases need not be read again to know that they are the same. Raises OSError where the system
-    refuses.
+    As long as it stays, cases need not be read again to know that they are the same. Files that lie elsewhere, behind
+    links, are no part of the data. Raises OSError where the system refuses.
     """
+    data = data.resolve()
+    return files_stamp(files_below(data, data), data)
+
+
+def files_stamp(files: Iterable[Path], root: Path) -> str:
+    """A digest of the names below the root, sizes and times of change of some files; raises OSError."""
     found = hashlib.sha256()
-    for path in sorted(_files_below(data)):
+    for path in sorted(files):
         status = path.stat()
-        line = f"{os.path.relpath(path, data)} {status.st_size} {status.st_mtime_ns}\n"
+        line = f"{os.path.relpath(path, root)} {status.st_size} {status.st_mtime_ns}\n"
         found.update(line.encode("utf-8", "surrogateescape"))
     return found.hexdigest()
-
-
-def _files_below(data: Path) -> Iterator[Path]:
-    """Every file, those behind links included; a folder that links lead to again is left out."""
-    if not data.is_dir():
-        yield data
-        return
-    seen = {os.path.realpath(data)}
-    for folder, folders, names in os.walk(data, followlinks=True):
-        behind = {name: os.path.realpath(Path(folder, name)) for name in sorted(folders)}
-        folders[:] = [name for name, real in behind.items() if real not in seen]
-        seen.update(behind.values())
-        yield from (path for name in names if (path := Path(folder, name)).is_file())

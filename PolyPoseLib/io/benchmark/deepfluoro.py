@@ -34,7 +34,7 @@ from PolyPoseLib.io.benchmark.fluoro_frames import (
     reduced_camera,
     shown_share,
 )
-from PolyPoseLib.io.benchmark.places import entries, inside, named_subject, require_root
+from PolyPoseLib.io.benchmark.places import entries, files_below, inside, named_subject, require_root
 from PolyPoseLib.io.benchmark.shadow_masks import ShadowMasks
 from PolyPoseLib.simulation.label_shadows import label_shadows
 
@@ -93,9 +93,21 @@ def cases(root: Path, subject: str, views: Sequence[str]) -> Iterator[BenchmarkC
             raise InputError(f"{root}, {subject}: {error}") from error
 
 
+def files(root: Path, subject: str) -> list[Path]:
+    """The HDF5 file, or those in a subject's folder; raises InputError."""
+    root, places = _source(Path(root))
+    place = named_subject(places, subject, str(root))
+    return [root] if root.is_file() else list(files_below(place, root))
+
+
 def view_name(views: str) -> str:
     """The one spelling of a list of frames, "10+9" of "010+09", or "paper"; raises InputError."""
     return PAPER if views == PAPER else "+".join(map(str, _frames(views, "")))
+
+
+def row_names(subject: str, views: str) -> tuple[str, str]:
+    """The subject, and the frames that "paper" stands for; raises InputError."""
+    return subject, "+".join(map(str, _frames(views, subject)))
 
 
 def _source(root: Path) -> tuple[Path, dict[str, Path]]:

@@ -42,7 +42,7 @@ _LPS_TO_ITS_WORLD = np.diag([-1.0, -1.0, 1.0, 1.0])
 
 def subject_folders(root: Path) -> dict[str, Path]:
     """{"subject01": its folder}; empty when the root has none."""
-    return {each.name: each for each in folders(root) if _SUBJECT.fullmatch(each.name)}
+    return {each.name: each for each in folders(root, _SUBJECT.fullmatch)}
 
 
 def read_subject(folder: Path, root: Path) -> FluoroSubject:

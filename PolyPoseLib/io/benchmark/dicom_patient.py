@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,7 @@ class DicomScan:
     uid, study
         Of the series and its study.
     when
-        Date and time as DICOM writes them, sortable; empty when they are absent.
+        Date and time as DICOM writes them, sortable; either is empty when it is absent.
     slices
         How many files it has.
     folders
@@ -48,7 +49,7 @@ class DicomScan:
     folder: Path
     uid: str
     study: str
-    when: str
+    when: tuple[str, str]
     slices: int = 0
     structure_set: Path | None = None
     folders: set[Path] = field(default_factory=set)
@@ -81,11 +82,8 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
             modality = _text(header, "Modality").upper()
             if modality == "CT":
                 uid = _text(header, "SeriesInstanceUID")
-                when = (_text(header, "StudyDate") + _text(header, "StudyTime")) or (
-                    _text(header, "SeriesDate") + _text(header, "SeriesTime")
-                )
                 scan = scans.setdefault(
-                    uid, DicomScan(path.parent, uid, _text(header, "StudyInstanceUID"), when)
+                    uid, DicomScan(path.parent, uid, _text(header, "StudyInstanceUID"), _when(header))
                 )
                 scan.slices += 1
                 scan.folders.add(path.parent)
@@ -106,14 +104,29 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
                 f"{patient}: the slices of one CT lie in {len(scan.folders)} folders, {scan.folder} the first of them: "
                 "move them into one folder, each slice once."
             )
-    if len(chosen) > 1:
-        dates = [scan.when for scan in chosen]
-        if not all(dates) or len(set(dates)) < len(dates):
-            raise InputError(
-                f"{patient}: no dates tell which of its {len(chosen)} CTs is the earliest: save them as ct_1.nii.gz, "
-                "ct_2.nii.gz, ... in this folder."
-            )
-    return sorted(chosen, key=lambda scan: scan.when)
+    chosen.sort(key=lambda scan: scan.when)
+    if not all(_is_before(first.when, second.when) for first, second in pairwise(chosen)):
+        raise InputError(
+            f"{patient}: no dates tell which of its {len(chosen)} CTs is the earliest: save them as ct_1.nii.gz, "
+            "ct_2.nii.gz, ... in this folder."
+        )
+    return chosen
+
+
+def _when(header: Any) -> tuple[str, str]:
+    """Date and time of a study, or of a series where its study has no date; ("", "") without a date.
+
+    A time alone tells no order: the later scan may have been taken earlier in the day.
+    """
+    for level in ("Study", "Series"):
+        if date := _text(header, f"{level}Date"):
+            return date, _text(header, f"{level}Time")
+    return "", ""
+
+
+def _is_before(first: tuple[str, str], second: tuple[str, str]) -> bool:
+    """Whether two dates with times tell that one scan is the earlier: on one day both need a time."""
+    return bool(first[0]) and first < second and (first[0] != second[0] or bool(first[1]))
 
 
 def _files(folder: Path, root: Path, deepest: int) -> Iterator[Path]:

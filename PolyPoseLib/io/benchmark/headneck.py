@@ -17,6 +17,7 @@ from PolyPoseLib.io.benchmark.dicom_patient import dicom_scans
 from PolyPoseLib.io.benchmark.named_labels import NamedLabels, is_bone, matched, read_named_labels
 from PolyPoseLib.io.benchmark.places import (
     entries,
+    files_below,
     folders,
     image_named,
     inside,
@@ -68,6 +69,12 @@ def cases(root: Path, subject: str, views: Sequence[str]) -> Iterator[BenchmarkC
     root = require_root(root, WHERE)
     folder = named_subject(_patients(root), subject, str(root))
     yield from render_cases(_read(folder, root, subject), sets)
+
+
+def files(root: Path, subject: str) -> list[Path]:
+    """Those in a patient's folder; raises InputError."""
+    root = require_root(root, WHERE)
+    return list(files_below(named_subject(_patients(root), subject, str(root)), root))
 
 
 def _patients(root: Path) -> dict[str, Path]:
@@ -129,13 +136,12 @@ def _drawn_organs(labels: NamedLabels) -> tuple[str, ...]:
 def _scans(folder: Path, root: Path) -> list[_Scan]:
     """A patient's CTs, earliest first, with their labels; raises InputError."""
     if image_named(folder, "ct_1") is not None:
-        found = []
-        for number in range(1, 100):
-            ct = image_named(folder, f"ct_{number}")
-            if ct is None:
-                break
-            found.append(_Scan(ct, None, image_named(folder, f"labels_{number}"), number))
-        return found
+        # One between them may be missing, as it is not used: the highest number is the latest whatever there is below.
+        return [
+            _Scan(ct, None, image_named(folder, f"labels_{number}"), number)
+            for number in range(1, 100)
+            if (ct := image_named(folder, f"ct_{number}")) is not None
+        ]
     return [
         _Scan(scan.folder, scan.uid, image_named(folder, f"labels_{number}") or scan.structure_set, number)
         for number, scan in enumerate(dicom_scans(folder, root), start=1)

@@ -24,9 +24,9 @@ from PolyPoseLib.io.json_records import (
 )
 from PolyPoseLib.io.whole_files import replaced_whole
 
-_VERSION = 1
+_VERSION = 2
 
-_KEPT = ("name", "subject", "views", "digest")
+_KEPT = ("name", "subject", "views", "digest", "stamp")
 """Fields of a case beside its source."""
 
 
@@ -56,6 +56,7 @@ def parse_job_text(text: str) -> RunJob:
         folder=record.required("folder", nonempty),
         digest=record.required("digest", nonempty),
         system_digest=record.required("system_digest", nonempty),
+        weights_digest=record.required("weights_digest", string),
         weights=record.required("weights", string),
         keep_field=record.required("keep_field", boolean),
         draw=record.required("draw", boolean),

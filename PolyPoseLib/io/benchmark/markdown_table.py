@@ -16,6 +16,11 @@ _NUMBER = re.compile(r"$|\**-?[0-9]|\\< [0-9]")
 
 _STRUCTURE_MEASURES = (("Dice", "", 3, "dice"), ("HD95", "mm", 2, "hd95_mm"), ("TRE", "mm", 2, "tre_mean_mm"))
 
+_STRUCTURE_NOTE = (
+    f"{words.DAGGER} Beside a system: it did not finish every case; beside a mean: over fewer cases than another "
+    "system has of this structure."
+)
+
 
 def escaped(text: str) -> str:
     """A text that Markdown shows as it is, on one line."""
@@ -33,6 +38,8 @@ def markdown(table: Table, rows: Sequence[Row]) -> str:
         grid = _grid(_structures(Column("", measure, unit, decimals, None, False, (key,)), table, rows))
         if grid:
             parts += [f"## {measure} by structure{f' ({unit})' if unit else ''}", grid]
+            if words.DAGGER in grid:
+                parts.append(_STRUCTURE_NOTE)
     return "\n\n".join(parts) + "\n"
 
 
@@ -87,20 +94,25 @@ def _structures(column: Column, table: Table, rows: Sequence[Row]) -> Iterator[l
     """Structures by systems in one measure; nothing where no structure has it."""
     done = [row for row in rows if row["status"] == "done"]
     names = dict.fromkeys(name for row in done for name in (row["scores"].get("structures") or {}))
-    systems = [line.system for line in table.lines if line.done]
+    systems = [line for line in table.lines if line.done]
     lines = []
     for name in names:
-        path = ("scores", "structures", name, *column.path)
-        cells = []
-        for system in systems:
-            values = {
-                (str(row["subject"]), str(row["case"])): value
-                for row in done
-                if row["system"] == system and (value := number_at(row, path)) is not None
-            }
-            cells.append(words.mean_sd(column, Cell(values) if values else None))
-        if any(cells):
-            lines.append([escaped(name), *cells])
+        cells = _structure_cells(("scores", "structures", name, *column.path), systems, done)
+        known = {case for cell in cells for case in cell.cases}
+        if known:
+            texts = [words.mean_sd(column, cell if cell.cases else None) for cell in cells]
+            marks = [words.DAGGER * (0 < len(cell.cases) < len(known)) for cell in cells]
+            lines.append([escaped(name), *(text + mark for text, mark in zip(texts, marks, strict=True))])
     if lines:
-        yield ["structure", *(escaped(system) for system in systems)]
+        yield ["structure", *(f"{escaped(words.name(line))} {line.done}/{line.cases}" for line in systems)]
         yield from lines
+
+
+def _structure_cells(path: Sequence[str], systems: Sequence[Line], done: Sequence[Row]) -> list[Cell]:
+    """The numbers of every system at a place of its rows."""
+    found: dict[str, dict[tuple[str, str], float]] = {line.system: {} for line in systems}
+    for row in done:
+        value = number_at(row, path)
+        if value is not None:
+            found[row["system"]][str(row["subject"]), str(row["case"])] = value
+    return [Cell(numbers) for numbers in found.values()]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
 
@@ -55,7 +56,8 @@ def inside(path: Path, root: Path) -> Path:
     try:
         targets = [path.resolve(strict=True)]
         refuse_special_file(targets[0], str(path))
-        targets += [part.resolve(strict=True) for part in files_behind(path)]
+        if targets[0].is_relative_to(root):  # what lies elsewhere is not looked into
+            targets += [part.resolve(strict=True) for part in files_behind(path)]
     except (OSError, RuntimeError) as error:
         raise InputError(
             f"{path}: a link in it leads nowhere or in a circle: copy the file itself."
@@ -81,9 +83,37 @@ def entries(folder: Path) -> list[str]:
     return sorted(name for name in names if not name.startswith("."))
 
 
-def folders(folder: Path) -> list[Path]:
-    """The folders in a folder, sorted by name; raises InputError as `entries`."""
-    return [folder / name for name in entries(folder) if (folder / name).is_dir()]
+def folders(root: Path, wanted: Callable[[str], object] = bool) -> list[Path]:
+    """The folders in a data set's folder whose names are wanted, sorted by name.
+
+    Raises InputError as `entries`, and for a link out of the root, before anything is looked for behind it.
+    """
+    found = [path for name in entries(root) if wanted(name) and (path := root / name).is_dir()]
+    for path in found:
+        if path.is_symlink():
+            inside(path, root)
+    return found
+
+
+def files_below(place: Path, root: Path) -> Iterator[Path]:
+    """Every file in a folder and below, or the file itself, as far as it lies inside the root.
+
+    Links within the root are followed, once to every folder. Those out of it are left out: whoever needs what is
+    behind them refuses them.
+    """
+    if not place.is_dir():
+        yield place
+        return
+    seen = {os.path.realpath(place)}
+    for folder, names, files in os.walk(place, followlinks=True):
+        behind = {name: os.path.realpath(Path(folder, name)) for name in sorted(names)}
+        names[:] = [
+            name for name, real in behind.items() if real not in seen and Path(real).is_relative_to(root)
+        ]
+        seen.update(behind.values())
+        for path in (Path(folder, name) for name in files):
+            if Path(os.path.realpath(path)).is_relative_to(root) and path.is_file():
+                yield path
 
 
 def image_named(folder: Path, stem: str) -> Path | None:

@@ -52,6 +52,7 @@ def _checked(row: Row) -> Row:
         record.required(name, nonempty)
     for name in ("digest", "case_digest", "system_digest"):
         record.required(name, nonempty)
+    record.required("weights_digest", string)
     record.required("dataset", one_of(DATASETS))
     record.required("status", one_of(STATUSES))
     record.required("reason", string)

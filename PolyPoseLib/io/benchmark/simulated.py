@@ -15,10 +15,12 @@ from PolyPoseLib.data.truth import Truth
 from PolyPoseLib.data.volume import Volume, resample_labels_onto
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.evaluation.benchmark.table_rows import OWN
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.io.benchmark import view_sets as sets
 from PolyPoseLib.io.benchmark.places import (
     entries,
+    files_below,
     folders,
     inside,
     named_subject,
@@ -28,6 +30,7 @@ from PolyPoseLib.io.benchmark.places import (
 from PolyPoseLib.io.benchmark.two_scans import Scene, TwoScans
 from PolyPoseLib.io.benchmark.view_sets import ViewSet, view_sets
 from PolyPoseLib.io.cases import STUDY_FILE, TRUTH_FOLDER
+from PolyPoseLib.io.cohort.rows import RESULT
 from PolyPoseLib.io.studies import load_study
 from PolyPoseLib.io.truths import TRUTH_FILE, load_truth
 
@@ -36,9 +39,6 @@ WHERE = (
     f"a folder that polypose simulate wrote ({STUDY_FILE}, and {TRUTH_FOLDER}/{TRUTH_FILE}), or a folder of such "
     "folders"
 )
-OWN = "own"
-"""Stands for the X-rays that the folder holds, noise and scatter included."""
-
 _WORDS = "case|seed|simulated|sim|pelvis|chest|thorax|head|neck|knee|breathing"
 _KNOWN = rf"(?:{_WORDS})(?:[-_]?(?:{_WORDS}|[0-9]{{1,6}})|[-_][a-z](?![a-z])){{0,4}}"
 """Any other word may be a name: "case-doe"."""
@@ -67,6 +67,15 @@ def cases(root: Path, subject: str, views: Sequence[str]) -> Iterator[BenchmarkC
             yield simulation.own_case() if each is None else simulation.rendered(each)
     except InputError as error:
         raise InputError(f"{folder}: {error}") from error
+
+
+def files(root: Path, subject: str) -> list[Path]:
+    """Those in a case's folder but for results of registrations, which are kept there, too; raises InputError."""
+    root = require_root(root, WHERE)
+    folder = named_subject(_cases(root), subject, str(root))
+    found = list(files_below(folder, root))
+    results = {path.parent for path in found if path.name == RESULT} - {folder}
+    return [path for path in found if results.isdisjoint(path.parents)]
 
 
 def view_name(name: str) -> str:
@@ -169,7 +178,7 @@ class _Simulation:
         given = [
             (_with_true_camera(xray, camera), camera) for xray, camera in zip(xrays, cameras, strict=True)
         ]
-        views = ViewSet(f"{len(xrays)}x{_arc_deg(cameras):.0f}", tuple(map(_angle_deg, cameras)))
+        views = ViewSet(f"{OWN}-{len(xrays)}x{_arc_deg(cameras):.0f}", tuple(map(_angle_deg, cameras)))
         return self._with_truth(self.scene.case(views, given))
 
     def rendered(self, views: ViewSet) -> BenchmarkCase:

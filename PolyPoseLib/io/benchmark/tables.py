@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from PolyPoseLib.errors import InputError, one_line
-from PolyPoseLib.evaluation.benchmark.columns import Row, view_set
+from PolyPoseLib.evaluation.benchmark.columns import Row
 from PolyPoseLib.evaluation.benchmark.statistics import OURS, Table, tables_of
+from PolyPoseLib.evaluation.benchmark.table_rows import table_rows
 from PolyPoseLib.io.benchmark import words
 from PolyPoseLib.io.benchmark.latex_table import latex
 from PolyPoseLib.io.benchmark.markdown_table import markdown
@@ -54,10 +55,10 @@ def write_tables(rows: Sequence[Row], folder: Path, ours: str = OURS) -> list[st
 
     """
     check_rows(rows)
-    tables = tables_of(rows, ours)
+    tables, groups = tables_of(rows, ours), table_rows(rows)
     names = []
     for table, stem in zip(tables, table_stems(tables), strict=True):
-        own = [row for row in rows if (row["dataset"], view_set(row)) == (table.dataset, table.views)]
+        own = groups[table.dataset, table.views]
         texts = {"md": markdown(table, own), "csv": _wide(table), "tex": latex(table, own, stem)}
         for ending, text in texts.items():
             names.append(f"{stem}.{ending}")

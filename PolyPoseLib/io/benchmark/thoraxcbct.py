@@ -11,7 +11,7 @@ from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark.bodies import anchor_of, bones_of, organs_of
 from PolyPoseLib.io.benchmark.named_labels import NamedLabels, matched, read_named_labels, standard_name
-from PolyPoseLib.io.benchmark.places import entries, inside, named_subject, require_root
+from PolyPoseLib.io.benchmark.places import entries, files_below, inside, named_subject, require_root
 from PolyPoseLib.io.benchmark.two_scans import TwoScans, render_cases
 from PolyPoseLib.io.benchmark.view_sets import view_sets
 from PolyPoseLib.io.files import read_text
@@ -44,12 +44,33 @@ def cases(root: Path, subject: str, views: Sequence[str]) -> Iterator[BenchmarkC
     yield from render_cases(_read(root, pair.name, subject), sets)
 
 
+def row_names(subject: str, views: str) -> tuple[str, str]:
+    """The patient, of whom "0000-1" and "0000-2" are two cases, and the views."""
+    return subject.rpartition("-")[0], views
+
+
+def files(root: Path, subject: str) -> list[Path]:
+    """Both scans of a pair and their labels, and what the data set says of them; raises InputError."""
+    root = require_root(root, WHERE)
+    later = named_subject(_pairs(root), subject, str(root)).name
+    places = [
+        root / JSON,
+        *(root / each / name for name in _scans(later) for each in ("imagesTr", "labelsTr")),
+    ]
+    return [path for place in places if place.exists() for path in files_below(place, root)]
+
+
+def _scans(later: str) -> tuple[str, str]:
+    """Names of a planning CT and of the CBCT whose name is given."""
+    return _IMAGE.sub(rf"ThoraxCBCT_\1_{_PLANNING}.nii.gz", later), later
+
+
 def _pairs(root: Path) -> dict[str, Path]:
     """{subject: its CBCT}, as the data set's JSON pairs them, else by the images' names; raises InputError."""
     folder = root / "imagesTr"
     if not folder.is_dir():
         raise InputError(f"{root}: there is no folder imagesTr: give {WHERE}.")
-    there = [name for name in entries(folder) if _IMAGE.fullmatch(name)]
+    there = [name for name in entries(inside(folder, root)) if _IMAGE.fullmatch(name)]
     listed = _listed(root)
     wanted = listed or [name for name in there if not name.endswith(f"_{_PLANNING}.nii.gz")]
     pairs = {}
@@ -123,10 +144,10 @@ def _label_names(root: Path) -> dict[int, str]:
     }
 
 
-def _read(root: Path, later: str, subject: str) -> TwoScans:
+def _read(root: Path, later: str, pair: str) -> TwoScans:
     """Both scans with their labels; raises InputError."""
     names = _label_names(root)
-    planning = _IMAGE.sub(rf"ThoraxCBCT_\1_{_PLANNING}.nii.gz", later)
+    planning, _ = _scans(later)
     (first, first_labels, odd), (second, second_labels, odd_later) = (
         _read_scan(root, name, names) for name in (planning, later)
     )
@@ -138,7 +159,7 @@ def _read(root: Path, later: str, subject: str) -> TwoScans:
     anchor = anchor_of(bones, common, ANCHORS, root / "labelsTr" / later)
     return TwoScans(
         dataset=DATASET,
-        subject=subject,
+        subject=row_names(pair, "")[0],
         moving=first,
         fixed=second,
         moving_labels=first_labels.volume,
@@ -147,6 +168,7 @@ def _read(root: Path, later: str, subject: str) -> TwoScans:
         organs=organs_of(first_labels.names, ORGANS),
         anchor=anchor,
         warnings=(*odd, *first_labels.warnings, *(f"CBCT: {each}" for each in odd_later)),
+        pair=pair,
     )
 
 

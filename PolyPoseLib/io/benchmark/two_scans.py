@@ -19,7 +19,7 @@ from PolyPoseLib.io.benchmark.shadow_masks import ShadowMasks
 from PolyPoseLib.io.benchmark.view_sets import ViewSet
 from PolyPoseLib.simulation.anchor_alignment import align_anchor
 from PolyPoseLib.simulation.case_study import pixel_spacing
-from PolyPoseLib.simulation.independent_projector import project
+from PolyPoseLib.simulation.independent_projector import project, projector_name
 from PolyPoseLib.simulation.simulate import SOURCE_TO_DETECTOR_MM, structures_centre, view_cameras
 
 PIXELS = 200
@@ -54,6 +54,8 @@ class TwoScans:
         Whether the two worlds already are one in which the anchor coincides.
     warnings
         For the study.
+    pair
+        What the case is called after where a subject has several pairs of scans; empty where the subject's name does.
 
     """
 
@@ -68,6 +70,7 @@ class TwoScans:
     anchor: str
     aligned: bool = False
     warnings: tuple[str, ...] = ()
+    pair: str = ""
 
 
 def render_cases(scans: TwoScans, sets: Sequence[ViewSet]) -> Iterator[BenchmarkCase]:
@@ -87,7 +90,7 @@ def render_cases(scans: TwoScans, sets: Sequence[ViewSet]) -> Iterator[Benchmark
         for each in sets:
             yield scene.case(each)
     except InputError as error:
-        raise InputError(f"{scans.dataset}, {scans.subject}: {error}") from error
+        raise InputError(f"{scans.dataset}, {scans.pair or scans.subject}: {error}") from error
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,8 +155,9 @@ class Scene:
             X-rays that exist, with their true cameras, instead of rendered ones.
 
         """
-        scans = self.scans
+        scans, projector = self.scans, ""
         if given is None:
+            projector = projector_name()
             cameras = self.cameras(views.angles_deg)
             images = (project(self.attenuation, camera) for camera in cameras)
             given = [
@@ -171,7 +175,7 @@ class Scene:
         )
         xrays, cameras = zip(*given, strict=True)
         return BenchmarkCase(
-            name=f"{scans.subject}-{views.name}",
+            name=f"{scans.pair or scans.subject}-{views.name}",
             dataset=scans.dataset,
             subject=scans.subject,
             views=views.name,
@@ -179,6 +183,7 @@ class Scene:
             labels=self.scored,
             groups=groups_of(scans.structures, scans.organs, self.scored),
             truth=CaseTruth(cameras, labels=scans.fixed_labels, ct=scans.fixed, held_out=held_out),
+            projector=projector,
         )
 
 

@@ -9,7 +9,9 @@ from PolyPoseLib.errors import cut, one_line
 from PolyPoseLib.evaluation.benchmark.columns import Column, Row
 from PolyPoseLib.evaluation.benchmark.statistics import (
     LEAST_PAIRS,
+    OURS,
     REFERENCE,
+    VARIANTS,
     Cell,
     Comparison,
     Line,
@@ -17,6 +19,9 @@ from PolyPoseLib.evaluation.benchmark.statistics import (
 )
 
 LONGEST_REASON = 300
+
+DAGGER = "\u2020"
+"""What does not cover every case."""
 
 MEANINGS = {
     "Dice": "overlap with the truth, from 0 to 1",
@@ -27,17 +32,18 @@ MEANINGS = {
 }
 """What a measure is, for those who meet it first in the table."""
 
-_VIEWS = re.compile(r"([0-9]{1,6})(?:x([0-9.]+)|-frames)", re.ASCII)
+_VIEWS = re.compile(r"(own-)?([0-9]{1,6})(?:x([0-9.]+)|-frames)", re.ASCII)
 
 
 def heading(table: Table) -> str:
-    """What a table is of: "headneck, 2 X-rays over 30 degrees, 5 subjects"."""
+    """What a table is of: "headneck, 2 X-rays over 30 degrees, 5 subjects", "2 own X-rays within 60 degrees"."""
     found = _VIEWS.fullmatch(table.views)
     views = one_line(table.views)
     if found is not None:
-        views = counted(int(found[1]), "X-ray") + (
-            f" over {found[2]} degrees" if found[2] and found[1] != "1" else ""
-        )
+        own, number, arc = found.groups()
+        views = counted(int(number), "own X-ray" if own else "X-ray")
+        if arc and number != "1":
+            views += f" {'within' if own else 'over'} {arc} degrees"
     return f"{one_line(table.dataset)}, {views}, {counted(table.subjects, 'subject')}"
 
 
@@ -56,7 +62,7 @@ def mean_sd(column: Column, cell: Cell | None) -> str:
 
 def name(line: Line) -> str:
     """A system's name, with a dagger where it did not finish every case."""
-    mark = "" if line.is_whole or not line.done else "\u2020"
+    mark = "" if line.is_whole or not line.done else DAGGER
     return one_line(line.system) + mark
 
 
@@ -84,9 +90,14 @@ def notes(table: Table, rows: Sequence[Row]) -> list[str]:
         )
     if any(line.system == REFERENCE for line in table.lines):
         sentences.append(f'"{REFERENCE}" does nothing and has no rank.')
+    sentences += [
+        f'"{line.system}" is {OURS} under other conditions and has no rank.'
+        for line in table.lines
+        if line.system in VARIANTS
+    ]
     if any(not line.is_whole and line.done for line in table.lines):
         sentences.append(
-            "\u2020 Not finished on every case: the means are over fewer subjects than the others' and have no rank."
+            f"{DAGGER} Not finished on every case: the means are over fewer subjects than the others' and have no rank."
         )
     pixels = sorted(
         {scores["held_out"]["minimum_pixels"] for scores in _scores(rows) if scores.get("held_out")}

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from importlib import metadata
 from types import SimpleNamespace
 
 import pytest
@@ -65,6 +66,27 @@ def test_a_changed_file_makes_another_system(mine):
     (mine / "my_systems.py").write_text(MY_SYSTEMS + "# changed\n")
     assert before != system.code
     assert NamedSystem("rest", SYSTEMS["rest"]).code == SYSTEMS["rest"]
+
+
+def test_another_version_of_a_package_makes_another_system(monkeypatch):
+    """Its rows would stand in one line with those of the version before."""
+    versions = {"itk-rtk": "2.7.0", "picsl-greedy": "1.4"}
+
+    def version(name):
+        if name not in versions:
+            raise metadata.PackageNotFoundError(name)
+        return versions[name]
+
+    monkeypatch.setattr(metadata, "version", version)
+    (system,) = named_systems(["fdk-greedy"])
+    codes = [system.code]
+    for change in ({"picsl-greedy": "1.5"}, {"itk-rtk": "2.8.0"}, {"unrelated": "1"}):
+        versions |= change
+        codes.append(system.code)
+    del versions["picsl-greedy"]
+    codes.append(system.code)
+    assert len(set(codes)) == 4 and codes[2] == codes[3]
+    assert missing_packages(load_system(system.path)) == ["picsl-greedy"]
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,7 @@ def test_a_crash_is_a_row_and_the_other_system_has_its_scores(data, tmp_path):
         "my_systems:Crashes",
     ]
     status, out, err = ended(started_benchmark(tmp_path, *command, "--progress", "json"))
-    assert status == 3 and "Of 2 runs 1 failed: the rows in out/rows say why." in err
+    assert status == 3 and "Of 2 runs 1 failed: the rows and logs in out say why." in err
     assert "Traceback" not in err
     steps = [json.loads(line) for line in out.splitlines()]
     assert [(each["system"], each["status"], each["iteration"], each["of"]) for each in steps] == [
@@ -68,7 +68,7 @@ def test_a_crash_is_a_row_and_the_other_system_has_its_scores(data, tmp_path):
     assert 50 < rows["mine"]["peak_memory_mib"] < 2000 and 0 <= rows["mine"]["cpu_seconds"] < 60
     assert "killed by the system (SIGSEGV)" in rows["my_systems:Crashes"]["reason"]
     assert (tmp_path / "runs").read_text() == "run\n"
-    table = (tmp_path / "out/tables/table-simulated-2x60.md").read_text()
+    table = (tmp_path / "out/tables/table-simulated-own-2x60.md").read_text()
     assert "| mine | 1/1 |" in table and "failed on 1 of 1: It was killed" in table
     with (tmp_path / "out/tables/scores.csv").open(newline="") as stream:
         assert {row["system"] for row in csv.DictReader(stream)} == set(rows)
@@ -93,6 +93,13 @@ def test_a_crash_is_a_row_and_the_other_system_has_its_scores(data, tmp_path):
         ),
         (["--weights", "liftrg=absent.pt"], 'The system "liftrg" is not known'),
         (["--methods", "rigid", "--weights", "rigid=absent.pt"], "absent.pt: there is no such file"),
+        (["--methods", "rigid", "--weights", "rigid@own=absent.pt"], "absent.pt: there is no such file"),
+        (["--methods", "rigid", "--weights", "rigid@case-1=absent.pt"], "absent.pt: there is no such file"),
+        (
+            ["--methods", "rigid", "--weights", "rigid@2x30=absent.pt"],
+            'The subject or set of views "2x30" is not known: give one of own, case-1.',
+        ),
+        (["--methods", "rigid", "--weights", "rigid@case-2=absent.pt"], 'did you mean "case-1"?'),
         (["--weights", "polypose=absent.pt"], '"polypose" takes no weights'),
         (["--threads", "0"], "--threads is 0"),
         (["--jobs", "-1"], "--jobs is -1"),
@@ -195,9 +202,9 @@ def test_polypose_beats_rest_and_its_field_and_pictures_are_kept(tmp_path):
     rows = rows_in(tmp_path / "out")
     bones = {name: row["scores"]["groups"]["bones"]["tre_mean_mm"] for name, row in rows.items()}
     assert bones["polypose"] < 0.4 * bones["rest"] and rows["polypose"]["cpu_seconds"] > 0.5
-    field = read_transform(tmp_path / "out/fields/case-1-2x60--polypose.h5")
+    field = read_transform(tmp_path / "out/fields/case-1-own-2x60--polypose.h5")
     assert field.vectors.any() and not rows["polypose"]["reason"]
-    pictures = sorted(path.name for path in (tmp_path / "out/pictures/case-1-2x60--polypose").iterdir())
+    pictures = sorted(path.name for path in (tmp_path / "out/pictures/case-1-own-2x60--polypose").iterdir())
     assert pictures == ["deformation.png", "overlay.png", "projection.png"]
     assert [line.split()[:2] for line in out.splitlines()[2:4]] == [["rest", "1"], ["polypose", "1"]]
 

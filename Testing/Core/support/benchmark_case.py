@@ -27,7 +27,7 @@ import numpy as np
 from PolyPoseLib.benchmark.own_systems import Rest
 from PolyPoseLib.data.benchmark.system import Motion
 from PolyPoseLib.data.displacement_field import DisplacementField
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, memory_ran_out
 
 
 class Mine(Rest):
@@ -69,9 +69,30 @@ class Refuses(Mine):
         raise InputError(f"It takes one view, not {len(study.xrays)}: give --views 1x0.")
 
 
+class Diverges(Mine):
+    def fit(self, study, setting):
+        field = super().fit(study, setting).field
+        return Motion(DisplacementField(field.vectors * np.nan, field.affine))
+
+
+class Swells(Mine):
+    def fit(self, study, setting):
+        try:
+            raise MemoryError
+        except MemoryError as error:
+            raise memory_ran_out("weights.pt") from error
+
+
 class Weighs(Mine):
     def fit(self, study, setting):
         return Motion(super().fit(study, setting).field, notes=(setting.weights[self.name].read_text(),))
+
+
+class Fits(Weighs):
+    def fit(self, study, setting):
+        if setting.weights[self.name].read_text() != "good":
+            raise InputError("the weights were trained for other X-rays: train them for these.")
+        return super().fit(study, setting)
 
 
 class Changes(Mine):

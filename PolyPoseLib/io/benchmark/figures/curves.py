@@ -67,8 +67,8 @@ def write_figures(rows: Sequence[Row], folder: Path) -> list[str]:
     Returns
     -------
     list of str
-        Names of the files, a .png and a .svg per data set; none for one whose views are not named by their number and
-        arc ("2x30"), or in which no system finished a case.
+        Names of the files, a .png and a .svg per data set; none for one whose views are not rendered ("2x30"), since
+        frames and the X-rays of simulated cases lie at other angles each, or in which no system finished a case.
 
     Raises
     ------

@@ -15,6 +15,7 @@ from PolyPoseLib.baselines import packages
 from PolyPoseLib.baselines.volumes.anatomix import FdkAnatomix
 from PolyPoseLib.baselines.volumes.convexadam import FdkConvexAdam
 from PolyPoseLib.baselines.volumes.elastix import FdkElastix
+from PolyPoseLib.baselines.volumes.fdk_system import finite_field
 from PolyPoseLib.baselines.volumes.fireants import FdkFireAnts
 from PolyPoseLib.baselines.volumes.greedy import FdkGreedy
 from PolyPoseLib.baselines.volumes.unigradicon import (
@@ -24,7 +25,7 @@ from PolyPoseLib.baselines.volumes.unigradicon import (
     FdkUniGradIconIo,
 )
 from PolyPoseLib.data.benchmark.system import SystemSetting
-from PolyPoseLib.errors import InputError
+from PolyPoseLib.errors import InputError, NotFiniteError
 
 WITHOUT_WEIGHTS = (FdkGreedy, FdkConvexAdam, FdkFireAnts, FdkElastix)
 WITH_WEIGHTS = (FdkUniGradIcon, FdkUniGradIconIo, FdkMultiGradIcon, FdkMultiGradIconIo, FdkAnatomix)
@@ -120,3 +121,11 @@ def test_no_cuda_is_one_sentence(monkeypatch):
     monkeypatch.setattr(importlib, "import_module", lambda name: None)
     with pytest.raises(InputError, match='no device "cuda"'):
         FdkGreedy().fit(None, SystemSetting(device="cuda"))
+
+
+def test_a_field_that_diverged_is_the_systems_own_failure():
+    """Told apart from what a system cannot run on, of which nobody would say that it failed."""
+    vectors = np.zeros((2, 2, 2, 3), np.float32)
+    vectors[1, 1, 1, 1] = np.nan
+    with pytest.raises(NotFiniteError, match="fdk-x diverged: its displacements are not finite"):
+        finite_field(None, vectors, "fdk-x")

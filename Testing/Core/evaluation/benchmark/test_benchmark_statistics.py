@@ -72,6 +72,19 @@ def test_ties_as_printed_share_a_rank_and_rest_has_none():
     assert table.best["deformation", "folds", "%"] == frozenset()  # all alike: nothing to mark
 
 
+def test_polypose_from_other_cameras_takes_no_mark_from_a_rival():
+    values = {"polypose": 0.9, "polypose-found": 0.88, "b": 0.8, "c": 0.7}
+    rows = [row(system, f"s{n}", value) for system, value in values.items() for n in range(2)]
+    (table,) = tables_of(rows)
+    assert (table.best[DICE], table.second[DICE]) == ({"polypose"}, {"b"})
+    # Nor does it take them by having a number of a case that nobody else has.
+    hard = {"case": "s1-second"}
+    rows += [row("polypose-found", "s1", 0.1) | hard]
+    rows += [row(system, "s1") | hard for system in ("polypose", "b", "c")]
+    (table,) = tables_of(rows)
+    assert (table.best[DICE], table.second[DICE]) == ({"polypose"}, {"b"})
+
+
 def test_lower_is_better_for_distances():
     rows = [row(system, "s1", 0.9, hd95=value) for system, value in (("a", 3.0), ("b", 1.0), ("c", 2.0))]
     (table,) = tables_of(rows)

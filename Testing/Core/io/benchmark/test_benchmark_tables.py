@@ -106,6 +106,27 @@ def test_markdown_has_as_many_cells_in_every_line(rows, tmp_path):
     assert "too few" not in text
 
 
+def test_tables_by_structure_say_where_cases_are_missing(tmp_path):
+    """A mean without the hardest case is no better one."""
+    rows = [row(system, f"s{n}", 0.5) for system in ("a", "b") for n in range(3)]
+    rows[2] = row("a", "s2", status="failed", reason="out of memory")
+    for each in (rows[3], rows[0], rows[1]):
+        each["scores"]["structures"]["rib"] = {"dice": 0.7}
+    write_tables(rows, tmp_path)
+    text = (tmp_path / "table-drawn-2x30.md").read_text(encoding="utf-8")
+    part = text[text.index("## Dice by structure") :]
+    assert "| structure | a\u2020 2/3 | b 3/3 |" in part
+    assert "| femur | 0.500(0.000)\u2020 | 0.500(0.000) |" in part
+    assert "| rib | 0.700(0.000) | 0.700\u2020 |" in part
+    assert part.count("it did not finish every case") == 1
+
+
+def test_own_x_rays_of_a_simulated_case_are_called_so(tmp_path):
+    write_tables([row("a", "s0", 0.5, views="own-3x90")], tmp_path)
+    text = (tmp_path / "table-drawn-own-3x90.md").read_text(encoding="utf-8")
+    assert "drawn, 3 own X-rays within 90 degrees, 1 subject" in text
+
+
 def cells_of(line):
     """Columns that a line of a tabular fills."""
     count = 0

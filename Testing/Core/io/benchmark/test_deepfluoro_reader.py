@@ -32,6 +32,7 @@ def _reduced(pixel):
 def test_the_papers_frames_are_given_and_the_others_held_out(file, case):
     assert deepfluoro.subjects(file) == deepfluoro.subjects(file.parent) == ["subject01"]
     assert (case.name, case.views, case.study.anchor) == ("subject01-10+9", "10+9", "pelvis")
+    assert (case.subject, case.views) == deepfluoro.row_names("subject01", "paper")
     assert [xray.name for xray in case.study.xrays] == ["frame 010", "frame 009"]
     assert all(xray.image.shape == (179, 179) and xray.camera == "known" for xray in case.study.xrays)
     assert dict(case.labels) == {"pelvis": (1, 2, 3), "femur_left": (5,), "femur_right": (6,)}

@@ -1,11 +1,15 @@
 """Head&Neck: a replica of both layouts, written by SimpleITK and pydicom, read end to end."""
 
+import os
 import re
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
 from dicom_postures import write_dicom
+from dicom_stack import header
+from pydicom.uid import CTImageStorage, generate_uid
 from two_postures import (
     C5,
     C5_CENTRE,
@@ -183,6 +187,15 @@ def test_one_scan_is_not_enough(tmp_path):
     assert "two of different days" in _refusal(tmp_path)
 
 
+def test_the_highest_number_is_the_latest_ct_even_where_one_is_missing(tmp_path):
+    _one(tmp_path, scans=(1, 2, 4))
+    affine = grids()[0]
+    hu, _ = scan(True, affine)
+    write_image(hu, affine, tmp_path / "HN_P001" / "ct_4.nii.gz")
+    (case,) = headneck.cases(tmp_path, "HN_P001", ["1x0"])
+    assert case.study.ct.voxels.max() < 1000 < case.truth.ct.voxels.max()  # the marker is in the fourth alone
+
+
 def test_missing_labels_are_named_with_the_fix(tmp_path):
     folder, _, _ = _one(tmp_path)
     (folder / "labels_2.nii.gz").unlink()
@@ -227,6 +240,18 @@ def test_links_out_of_the_folder_are_refused(tmp_path):
     assert "leads out of the data set's folder" in _refusal(tmp_path / "data")
 
 
+def test_a_patients_folder_that_lies_elsewhere_is_refused_before_it_is_looked_into(tmp_path, monkeypatch):
+    _one(tmp_path / "data")
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "data/HN_P008").symlink_to(tmp_path / "elsewhere")
+    looked = []
+    listed = os.scandir
+    monkeypatch.setattr(os, "scandir", lambda folder: (looked.append(Path(folder).name), listed(folder))[1])
+    with pytest.raises(InputError, match="HN_P008: it leads out of the data set's folder"):
+        headneck.subjects(tmp_path / "data")
+    assert looked == ["data"]
+
+
 @pytest.mark.long
 def test_another_patients_later_scan_is_refused(tmp_path):
     """Its skull has another shape, so no rigid motion brings the two together."""
@@ -248,3 +273,50 @@ def test_a_ct_whose_slices_lie_in_two_folders_is_refused(archive, tmp_path):
         each.rename(place / "more" / each.name)
     with pytest.raises(InputError, match="the slices of one CT lie in 2 folders"):
         dicom_scans(tmp_path / "data/Miller_Anna", tmp_path / "data")
+
+
+WHEN = {
+    "earlier day": (("20091022", "120000"), ("20100301", "080000"), ("20100302", "")),
+    "earlier hour": (("20091022", "080000"), ("20091022", "120000"), ("20091023", "070000")),
+}
+UNKNOWN = {
+    "times alone": (("", "080000"), ("", "120000")),
+    "one date alone": (("", "080000"), ("20091022", "120000")),
+    "nothing": (("", ""), ("", "")),
+    "one day, one time": (("20091022", ""), ("20091022", "120000")),
+    "the same": (("20091022", "120000"), ("20091022", "120000")),
+}
+
+
+def _scans_of(folder, whens, level="Study"):
+    """Ten headers of a CT each, in folders a, b, ..., with dates and times."""
+    for name, (date, time) in zip("abc", whens, strict=False):
+        (folder / name).mkdir(parents=True)
+        series, study = generate_uid(), generate_uid()
+        for number in range(10):
+            file = header(series, CTImageStorage, 2, 2)
+            file.StudyInstanceUID, file.InstanceNumber = study, number
+            for keyword in ("StudyDate", "StudyTime", "SeriesDate", "SeriesTime"):
+                setattr(file, keyword, "")
+            setattr(file, f"{level}Date", date)
+            setattr(file, f"{level}Time", time)
+            file.PixelData = bytes(8)
+            file.save_as(folder / name / f"{number}.dcm", enforce_file_format=True)
+    return dicom_scans(folder, folder)
+
+
+@pytest.mark.parametrize("level", ["Study", "Series"])
+@pytest.mark.parametrize("name", WHEN)
+def test_dates_and_on_one_day_times_tell_the_order(name, level, tmp_path):
+    for turned in (False, True):
+        whens = WHEN[name][::-1] if turned else WHEN[name]
+        found = _scans_of(tmp_path / str(turned), whens, level)
+        names = [scan.folder.name for scan in found]
+        assert names == sorted("abc", reverse=turned)
+
+
+@pytest.mark.parametrize("name", UNKNOWN)
+def test_times_without_dates_tell_no_order(name, tmp_path):
+    """The second CT may have been taken at an earlier hour of a later day."""
+    with pytest.raises(InputError, match="no dates tell which of its 2 CTs is the earliest"):
+        _scans_of(tmp_path, UNKNOWN[name])

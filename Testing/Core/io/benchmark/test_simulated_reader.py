@@ -40,7 +40,7 @@ def cases(root):
 def test_names_tell_nothing_of_a_person(root, cases):
     (subject,) = simulated.subjects(root[0])
     assert all(part not in f"{subject} {cases[0].name}".lower() for part in ("miller", "anna"))
-    assert [case.views for case in cases] == ["2x40", "3x180"]
+    assert [case.views for case in cases] == ["own-2x40", "3x180"]
     shutil.copytree(root[0] / "Miller Anna", root[0] / "case_07")
     assert set(simulated.subjects(root[0])) == {subject, "case_07"}
     assert simulated.subjects(root[0] / "case_07") == ["case_07"]

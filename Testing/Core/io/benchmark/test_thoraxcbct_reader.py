@@ -61,8 +61,10 @@ def case(root):
     return found
 
 
-def test_a_pair_is_a_subject_and_a_case_says_what_it_is(root, case):
+def test_a_pair_is_a_case_of_its_patient_and_says_what_it_is(root, case):
+    """Two CBCTs of one patient are no two independent subjects."""
     assert thoraxcbct.subjects(root) == ["0003-2"]
+    assert (case.subject, case.views) == thoraxcbct.row_names("0003-2", "2x180") == ("0003", "2x180")
     assert (case.name, case.views, case.study.anchor) == ("0003-2-2x180", "2x180", "thoracic_spine")
     assert dict(case.labels) == {"thoracic_spine": (T4,), "rib_left_4": (RIB,), "liver": (LIVER,)}
     assert set(case.groups) == {"bones", "soft organs"}
@@ -115,6 +117,9 @@ def test_paths_in_the_json_lead_nowhere_else(tmp_path):
     (root / "imagesTr" / "ThoraxCBCT_0001_0001.nii.gz").symlink_to(outside)
     (root / "ThoraxCBCT_dataset.json").unlink()
     assert "leads out of" in _refusal(root)
+    (root / "imagesTr").rename(tmp_path / "imagesTr")
+    (root / "imagesTr").symlink_to(tmp_path / "imagesTr")
+    assert "imagesTr: it leads out of" in _refusal(root)
 
 
 @pytest.mark.long
