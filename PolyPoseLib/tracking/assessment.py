@@ -17,7 +17,8 @@ from PolyPoseLib.tracking.patient import Patient
 from PolyPoseLib.tracking.prediction import is_found
 
 REMEMBERED = 15
-"""Frames beside one that it is compared with."""
+"""Frames beside one that it is compared with. What is ordinary is known from the nearest ones in which nothing speaks
+against a structure, however far away these are: otherwise a cause that lasts would become ordinary itself."""
 
 LEAST_BESIDE = 4
 """Frames from which on it is known what is ordinary."""
@@ -37,10 +38,10 @@ SURE = 5.0
 """Standard deviations of the poses that a jump exceeds."""
 
 WIDE_MM = 5.0
-"""Half width of a 95 % interval, in the patient, beyond which a pose is doubtful."""
+"""Half width of a 95 % interval, mm of the scene as in a registration, beyond which a pose is doubtful."""
 
 WIDER = 2.5
-"""Times what it was in the frames beside it, from which on an interval is wide."""
+"""Times what it was in the frames beside it, from which on an interval of a single camera is wide."""
 
 INSIDE_SHARE = 0.08
 """Share of a structure's points that may lie inside another one."""
@@ -96,7 +97,7 @@ def assess(
     predicted : (K, 4, 4) ndarray, optional
         Where the frames beside it lead, in the scene; None for a frame without any.
     beside : sequence of TrackedFrame
-        Frames before, or after it where time goes backward, the nearest last.
+        All before it, or after it where time goes backward, the nearest last.
 
     Returns
     -------
@@ -129,7 +130,9 @@ def assess(
             lines.append(f"{AGAINST} {_those(fit, against)}")
         if worsened:
             lines.append(WORSENED)
-        if against.any() and (worsened or not (agreement.is_clear[k] or agreement.supported[k].any())):
+        # Given up where the change is recent alone: what lasts is flagged, with the pose that was found.
+        changed = _has_worsened(residuals[k], k, beside[-REMEMBERED:])
+        if against.any() and (changed or not (agreement.is_clear[k] or agreement.supported[k].any())):
             lost.append(k)
         if _is_wide(patient, covariances[k], k, beside):
             lines.append(WEAK)
@@ -181,22 +184,30 @@ def _residual(of_views: np.ndarray) -> float:
     return float(np.clip(shown.mean() / 2, 0, 1)) if len(shown) else 1.0
 
 
+def _undoubted(k: int, beside: Sequence[TrackedFrame]) -> list[TrackedFrame]:
+    """The nearest frames in which a structure was found and nothing speaks against it; none where they are too few."""
+    fine = (each for each in reversed(beside) if is_found(each, k) and not each.doubts[k])
+    nearest = list(itertools.islice(fine, REMEMBERED))
+    return nearest if len(nearest) >= LEAST_BESIDE else []
+
+
 def _has_worsened(residual: float, k: int, beside: Sequence[TrackedFrame]) -> bool:
-    usual = [each.residuals[k] for each in beside[-REMEMBERED:] if is_found(each, k) and not each.doubts[k]]
-    if len(usual) < LEAST_BESIDE:
+    residuals = [each.residuals[k] for each in _undoubted(k, beside)]
+    if not residuals:
         return False
-    return residual > max(WORSE * float(np.median(usual)), float(np.median(usual)) + WORSE_AT_LEAST)
+    usual = float(np.median(residuals))
+    return residual > max(WORSE * usual, usual + WORSE_AT_LEAST)
 
 
 def _is_wide(patient: Patient, covariance: np.ndarray, k: int, beside: Sequence[TrackedFrame]) -> bool:
     """Whether an interval is wide, and not because a single camera always leaves it so along its beam."""
-    widest = PoseUncertainty(covariance).widest_mm / patient.factor
-    usual = [
-        PoseUncertainty(each.covariances[k]).widest_mm for each in beside[-REMEMBERED:] if is_found(each, k)
+    widest = PoseUncertainty(covariance).widest_mm
+    if widest <= WIDE_MM or len(patient.sequence.views) > 1:
+        return widest > WIDE_MM
+    widths = [
+        patient.factor * PoseUncertainty(each.covariances[k]).widest_mm for each in _undoubted(k, beside)
     ]
-    if len(usual) < LEAST_BESIDE:
-        return widest > WIDE_MM and len(patient.sequence.views) > 1
-    return widest > max(WIDE_MM, WIDER * float(np.median(usual)))
+    return bool(widths) and widest > WIDER * float(np.median(widths))
 
 
 def _has_jumped(

@@ -29,9 +29,6 @@ from PolyPoseLib.tracking.sweep import STAGES, similarity_of
 AGREES_MM = 2.5
 """Distance, mm of the scene, within which a fit from one pose ends at the other."""
 
-REMEMBERED = 20
-"""Frames after one that its fit may look at."""
-
 
 def looked_at_again(
     patient: Patient, frames: Sequence[TrackedFrame], direction: str, kept: Kept
@@ -61,8 +58,7 @@ def looked_at_again(
 
     def found(n: int) -> TrackedFrame:
         run.step(len(frames) - 2 - n, len(frames) - 1, similarity_of(frames[n]))
-        after = frames[n + 1 : n + 1 + REMEMBERED][::-1]
-        before = frames[max(n - REMEMBERED, 0) : n]
+        after, before = frames[:n:-1], frames[:n]
         return _looked_at_again(patient, frames[n], after, before, direction)
 
     for n in range(len(frames) - 2, -1, -1):
@@ -102,7 +98,11 @@ def _looked_at_again(
     mixed = here.copy()
     mixed[tried] = start[tried]
     fit = images.fit(mixed, FOLLOWING, free)
-    found = assess(patient, fit, None, after)
+    beside = [
+        *before,
+        *after,
+    ]  # in front of what ends the sequence, what is ordinary is known from before alone
+    found = assess(patient, fit, None, beside)
     suspects = [k for k in found.suspects if k in free]
     if suspects:
         places = [start] + ([patient.enlarged(before[-1].poses)] if before else [])
@@ -120,7 +120,7 @@ def _looked_at_again(
     if not taken[free].all():
         poses = np.where(taken[:, None, None], fit.poses, here)
         fit = images.fit(poses, FOLLOWING[-1:], free)
-    found = assess(patient, fit, None, [*after])
+    found = assess(patient, fit, None, beside)
     sources = [direction if each else source for each, source in zip(taken, frame.sources, strict=True)]
     result = tracked_frame(patient, frame.frame, found, frame.poses, sources, [frame])
     return replace(with_poses_of(result, frame, fixed), cpu_seconds=frame.cpu_seconds)

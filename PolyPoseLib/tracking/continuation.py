@@ -22,8 +22,11 @@ def tracked_on(patient: Patient, correction: Correction, kept: Kept) -> list[Tra
 
     From the corrected frame time goes forward, backward, or both; then, as in any tracking, back to it again, to keep
     the better of two poses. Nothing is taken from the earlier track but what was corrected by hand: beside a frame that
-    needs to be corrected, others may be as wrong.
+    needs to be corrected, others may be as wrong. And it is taken as it was followed: what the end of a tracking adds
+    to flags and intervals is added to the new frames at their own end, once.
     """
+    followed = tuple(_as_followed(patient, each) for each in correction.track.frames)
+    correction = replace(correction, track=replace(correction.track, frames=followed))
     numbers, number = correction.renewed, correction.frame
     by_hand = {each.frame: each for each in correction.track.frames if "corrected" in each.sources}
     patient.run.step(0, len(numbers), None)
@@ -49,11 +52,9 @@ def joined(
     """
     fresh = {each.frame: each for each in new}
     frames = bridged(patient, [fresh.get(each.frame, each) for each in earlier])
-    as_found = [
-        each if each.frame in fresh else without_jumps(without_contradictions(patient, each))
-        for each in frames
-    ]
-    judged = with_jumps(patient, as_found)
+    judged = with_jumps(
+        patient, [each if each.frame in fresh else _as_followed(patient, each) for each in frames]
+    )
     return [
         with_contradictions(patient, [judged[n]])[0]
         if each.frame in fresh
@@ -62,6 +63,11 @@ def joined(
         else each
         for n, each in enumerate(frames)
     ]
+
+
+def _as_followed(patient: Patient, frame: TrackedFrame) -> TrackedFrame:
+    """A frame of a finished track as it was before its flags and intervals were completed."""
+    return without_jumps(without_contradictions(patient, frame))
 
 
 def _is_beside(frames: Sequence[TrackedFrame], n: int, fresh: Collection[int]) -> bool:

@@ -21,7 +21,8 @@ def starting_poses(patient: Patient, frame: Frame | None) -> np.ndarray:
         With the initial poses that somebody gave.
     frame : Frame, optional
         The first frame; None where it is not to be registered: structures are then where they were put, and the others
-        where the CT has them relative to the reference.
+        where the CT has them relative to the reference, or to the first that was put where the reference was not: one
+        bone tells where in the rig's world the patient is.
 
     Returns
     -------

@@ -16,6 +16,7 @@ from PolyPoseLib.tracking.backward import looked_at_again
 from PolyPoseLib.tracking.continuation import joined, tracked_on
 from PolyPoseLib.tracking.contradicted import with_contradictions
 from PolyPoseLib.tracking.gaps import bridged
+from PolyPoseLib.tracking.given import given_warnings
 from PolyPoseLib.tracking.jumps import with_jumps
 from PolyPoseLib.tracking.kept import Keep, Kept
 from PolyPoseLib.tracking.one_frame import first_frame
@@ -81,7 +82,7 @@ def track(
     centroids = sequence.structures.centroids(sequence.ct.affine)
     if sequence.options.smooth:
         frames = smoothed_frames(frames, centroids, sequence.frames_per_second)
-    united = tuple(united_warnings(patient, frames))
+    given, united = tuple(given_warnings(patient, frames[0])), tuple(united_warnings(patient, frames))
     monitor.step("done", 1, 1, 1 - float(np.nanmean([each.residuals for each in frames])))
     return Track(
         names=patient.scene.names,
@@ -91,7 +92,7 @@ def track(
         frames_per_second=sequence.frames_per_second,
         cameras={view.name: view.camera for view in sequence.views},
         smoothed=sequence.options.smooth,
-        warnings=(*sequence.warnings, *warnings_about(patient, frames), *united),
+        warnings=(*sequence.warnings, *warnings_about(patient, frames), *given, *united),
         distrust=tuple(reasons_for_distrust(patient, frames)),
         device=f"{patient.device}, {patient.run.backend.name}",
         versions=installed_versions(),

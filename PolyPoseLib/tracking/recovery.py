@@ -33,7 +33,7 @@ def fit_again(
     """Fit a frame whose structures may be in a wrong local minimum.
 
     Each suspect is started from every place, and about the first of them, with the others where they are; where most
-    are suspects, all are moved as one before, as a patient moves.
+    are suspects, all that move are moved as one before, as a patient moves.
 
     Parameters
     ----------
@@ -74,12 +74,15 @@ def fit_again(
 
 
 def _moved_as_one(frame: Frame, places: Sequence[np.ndarray]) -> np.ndarray:
-    """(K, 4, 4) poses of the best fit from places, and from the first of them moved as a whole."""
+    """(K, 4, 4) poses of the best fit from places, and from the second of them moved as a whole.
+
+    What stands still stays where it is in the first.
+    """
     patient = frame.patient
     middle = (
         rigid_inverse(places[1])[:, :3] @ np.c_[patient.scene.centres, np.ones(len(places[0]))][..., None]
     ).mean(axis=0)[:, 0]
-    starts = list(places)
+    starts = [each.copy() for each in places]
     for axis in _AXES:
         turn = perturbation(np.r_[np.radians(TOGETHER_TURN_DEG) * axis, np.zeros(3)])
         shift = perturbation(np.r_[np.zeros(3), TOGETHER_SHIFT_MM * axis])
@@ -87,6 +90,7 @@ def _moved_as_one(frame: Frame, places: Sequence[np.ndarray]) -> np.ndarray:
     best, least = places[0], np.inf
     for start in starts:
         patient.run.monitor.poll()
+        start[patient.still] = places[0][patient.still]
         fit = frame.fit(start, [TOGETHER], patient.moving)
         residuals = np.where(np.isnan(fit.agreement.residuals), 2.0, fit.agreement.residuals)
         if residuals.mean() < least:

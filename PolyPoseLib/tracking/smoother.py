@@ -78,7 +78,8 @@ def smoothed_frames(
     Returns
     -------
     list of TrackedFrame
-        What was lost has the poses and covariances that follow from the frames beside it.
+        What was lost stays as it is, bridged from the frames beside it: a velocity that nothing checks would carry it
+        away, and its interval with it.
 
     """
     frames = list(frames)
@@ -91,7 +92,8 @@ def smoothed_frames(
         covariances = np.stack([each.covariances[k] for each in frames])
         motion = likeliest_motion(poses, covariances, seen, times, centre)
         result = smooth(poses, covariances, seen, times, centre, motion)
-        for n, frame in enumerate(frames):
+        for n in np.flatnonzero(seen):
+            frame = frames[n]
             changed, spread = frame.poses.copy(), frame.covariances.copy()
             changed[k], spread[k] = result.poses[n], result.covariances[n]
             frames[n] = replace(frame, poses=changed, covariances=spread)

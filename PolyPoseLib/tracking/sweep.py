@@ -11,9 +11,6 @@ from PolyPoseLib.tracking.kept import Kept
 from PolyPoseLib.tracking.one_frame import next_frame
 from PolyPoseLib.tracking.patient import Patient
 
-REMEMBERED = 20
-"""Frames before one that its fit may look at."""
-
 STAGES = {"forward": "tracking", "backward": "tracking back"}
 """What progress calls a pass, by the way that time goes."""
 
@@ -46,8 +43,7 @@ def swept(patient: Patient, frames: Sequence[TrackedFrame], course: Course, kept
 
     def found(number: int) -> TrackedFrame:
         run.step(len(frames), total, similarity_of(frames[-1]))
-        past = frames[-REMEMBERED:]
-        frame = next_frame(patient, number, past, course.corrected.get(number))
+        frame = next_frame(patient, number, frames, course.corrected.get(number))
         return _as_found(patient, frame, course.direction)
 
     for number in course.numbers:

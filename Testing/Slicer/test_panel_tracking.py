@@ -16,10 +16,14 @@ import slicer
 import track_scene_case
 from panel_case import INSIDE_SLICER, child_processes
 from PolyPoseSlicer.process.track_folder import frames_kept
+from PolyPoseSlicer.scene.motions import MOTIONS_ATTRIBUTE
 from PolyPoseSlicer.study import parameters
 from PolyPoseSlicer.study.track_request import Start, TrackRequest, TrackSettings
 from PolyPoseSlicer.study.xray_source import XraySource
 from track_panel_case import FRAMES, TrackPanelCase
+
+from PolyPoseLib.errors import InputError
+from PolyPoseLib.io.tracking.tracks import WITHOUT
 
 FOREVER = "while True:\n        time.sleep(0.02)\n"
 
@@ -109,6 +113,11 @@ class MissingTest(TrackPanelCase):
         self.assertEqual((self.settings.start, self.ui.trackFirst.value), (Start.RESULT, 0))
         request = TrackRequest.of(self.panel.parameters)
         np.testing.assert_allclose(request.poses["pelvis"], np.eye(4), atol=1e-12)
+        self.assertEqual(request.uncertain, ())
+        motions = json.loads(nodes.motions.GetAttribute(MOTIONS_ATTRIBUTE))
+        motions["femur"]["doubts"] = ["the X-rays determine its pose weakly"]
+        nodes.motions.SetAttribute(MOTIONS_ATTRIBUTE, json.dumps(motions))
+        self.assertEqual(TrackRequest.of(self.panel.parameters).uncertain, ("femur",))
         slicer.mrmlScene.RemoveNode(nodes.cameras[0])
         self.panel.tracking.show(self.panel.parameters)
         self.assertEqual(self.button, "Find the cameras first")
@@ -159,11 +168,11 @@ class RunTest(TrackPanelCase):
             "at(0, 400.0, 'tracking back')\ntime.sleep(60)\n"
         )
         self.ui.trackButton.click()
-        self.wait(lambda: "frame 4 of 8" in self.ui.trackStage.text)
-        self.assertRegex(self.ui.trackStage.text, r"^Tracking: frame 4 of 8, about 3 min left in this pass$")
+        self.wait(lambda: "4 of 8 frames" in self.ui.trackStage.text)
+        self.assertRegex(self.ui.trackStage.text, r"^Tracking: 4 of 8 frames, about 3 min left in this pass$")
         self.assertEqual((self.ui.trackProgress.value, self.ui.trackProgress.maximum), (3, 8))
         flag.touch()
-        self.wait(lambda: self.ui.trackStage.text == "Back: frame 1 of 8")
+        self.wait(lambda: self.ui.trackStage.text == "Back: 1 of 8 frames")
 
     def test_a_track_that_must_not_be_trusted_is_shown_and_said(self) -> None:
         found = replace(track_scene_case.track(), distrust=("most frames are lost.",))
@@ -177,6 +186,15 @@ class RunTest(TrackPanelCase):
         self.assertIn("DO NOT TRUST THIS TRACK", self.ui.trackVerdict.text)
         self.assertIn("most frames are lost", self.ui.trackVerdict.text)
 
+    def test_what_a_tracks_folder_lacks_is_said(self) -> None:
+        sentence = f"{WITHOUT} The video needs PyAV, which is not installed: pip install av."
+        self.give_track(f"print({('WARNING: ' + sentence)!r}, file=sys.stderr)\n")
+        self.ui.trackButton.click()
+        self.end()
+        first, *others = self.ui.trackMessage.text.splitlines()
+        self.assertIn("frames are tracked", first)
+        self.assertEqual(others, [sentence])
+
     def test_the_childs_sentence_is_shown_and_nothing_changes(self) -> None:
         before = slicer.mrmlScene.GetNumberOfNodes()
         self.tracker("print('polypose: the film is torn', file=sys.stderr)\nsys.exit(2)")
@@ -189,7 +207,7 @@ class RunTest(TrackPanelCase):
     def test_cancel_keeps_frames_and_go_on_resumes(self) -> None:
         self.keep_frames("tell(3, of=8, stage='tracking')\n    " + FOREVER)
         self.ui.trackButton.click()
-        self.wait(lambda: "frame 4 of 8" in self.ui.trackStage.text)
+        self.wait(lambda: "4 of 8 frames" in self.ui.trackStage.text)
         self.ui.trackButton.click()
         self.assertEqual(self.button, "Cancelling...")
         self.assertFalse(self.ui.trackButton.enabled)
@@ -225,8 +243,9 @@ class RunTest(TrackPanelCase):
         kept = self.panel.tracking._kept.output
         self.give_track(self.tell)
         self.ui.trackButton.click()
-        self.assertEqual(frames_kept(kept), 0)
+        self.assertEqual(frames_kept(kept), 3)
         self.end()
+        self.assertEqual(frames_kept(kept), 0)
         self.assertNotIn("--resume", self.told()[0])
 
     @unittest.skipIf(os.name == "nt", "signals of POSIX")
@@ -250,7 +269,7 @@ class RunTest(TrackPanelCase):
     def test_closing_the_scene_ends_it_and_leaves_nothing(self) -> None:
         self.keep_frames(FOREVER)
         self.ui.trackButton.click()
-        self.wait(lambda: "frame 4 of 8" in self.ui.trackStage.text)
+        self.wait(lambda: "4 of 8 frames" in self.ui.trackStage.text)
         slicer.mrmlScene.Clear()
         self.assertFalse(self.panel.tracking.running)
         self.assertEqual([each for each in child_processes() if each not in self.before], [])
@@ -273,12 +292,12 @@ class RunTest(TrackPanelCase):
         self.ui.trackButton.click()
         longest = 0.0
         deadline = time.monotonic() + 20
-        while "frame 500 of 1000" not in self.ui.trackStage.text and time.monotonic() < deadline:
+        while "500 of 1000 frames" not in self.ui.trackStage.text and time.monotonic() < deadline:
             began = time.thread_time()  # its own work: machines are busy
             self.panel.tracking._poll()
             longest = max(longest, time.thread_time() - began)
             time.sleep(0.01)
-        self.assertIn("frame 500", self.ui.trackStage.text)
+        self.assertIn("500 of 1000", self.ui.trackStage.text)
         self.assertLess(longest, 0.06)
 
 
@@ -352,8 +371,6 @@ class ConsoleTest(TrackPanelCase):
 
     @unittest.skipIf(INSIDE_SLICER, "runs the interpreter of the tests")
     def test_the_true_tracker_says_what_is_wrong_with_the_images(self) -> None:
-        from PolyPoseLib.errors import InputError
-
         self.fill_sequences()
         array = slicer.util.arrayFromVolume(self.xrays["left"].GetNthDataNode(7))
         array[:] = np.nan

@@ -105,6 +105,20 @@ class WriterTest(SlicerTestCase):
         self.assertEqual((sequence.frames, sequence.options.start), (range(1, 5), "rest"))
         self.assertIn("another frame than 1", " ".join(plan_of(request, XrayReader()).notes))
 
+    def test_a_structure_that_is_to_stand_still_where_it_was_doubtful_is_named(self) -> None:
+        poses = dict.fromkeys(("pelvis", "femur"), np.eye(4))
+        for still, start, uncertain, told in (
+            (("femur",), Start.RESULT, ("femur",), True),
+            (("femur",), Start.RESULT, ("pelvis",), False),
+            ((), Start.RESULT, ("femur",), False),
+            (("femur",), Start.REST, ("femur",), False),
+        ):
+            settings = TrackSettings(start=start, still=still)
+            request = self.request(settings=settings, poses=poses, uncertain=uncertain)
+            notes = [each for each in plan_of(request, XrayReader()).notes if "stand still" in each]
+            self.assertEqual(len(notes), told)
+            self.assertTrue(all("(femur)" in each for each in notes))
+
     def test_no_name_of_a_node_reaches_a_file(self) -> None:
         for each in self.xrays.values():
             each.SetName("Doe^Jane")

@@ -33,9 +33,9 @@ def track_stage_text(progress: Progress, seconds_left: float | None) -> str:
         return stage_text(progress)
     frame = min(progress.iteration + 1, progress.of)
     text = (
-        _("Tracking: frame {frame} of {of}")
+        _("Tracking: {frame} of {of} frames")
         if progress.stage == "tracking"
-        else _("Back: frame {frame} of {of}")
+        else _("Back: {frame} of {of} frames")
     )
     text = text.format(frame=frame, of=progress.of)
     return text if seconds_left is None else f"{text}, {_left(seconds_left)}"

@@ -26,7 +26,18 @@ def state_text(plan: TrackPlan) -> str:
 
 
 def done_text(run: TrackRun) -> str:
-    """What came of a run: how long it took and of how many frames, or why its track must not be trusted."""
+    """What came of a run: its frames and time, or why its track must not be trusted; and what its folder lacks."""
+    return "\n".join([_outcome(run), *_left_out(run.log)])
+
+
+def _left_out(log: list[str]) -> list[str]:
+    """The child's sentences about files that it could not make, an overlay video without PyAV for one."""
+    from PolyPoseLib.io.tracking.tracks import WITHOUT
+
+    return [line[line.index(WITHOUT) :] for line in log if WITHOUT in line]
+
+
+def _outcome(run: TrackRun) -> str:
     if run.error is not None:
         return str(run.error)
     frames = len(run.track.frames) if run.track is not None else 0

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import qt
+import slicer
 from slicer.i18n import tr as _
 
 from PolyPoseLib.errors import CancelledError, PolyPoseError, UntrustedResultError
@@ -109,9 +110,8 @@ class TrackPart:
 
     def start(self, continuation: Continuation | None = None) -> None:
         """Track what the parameter node asks for; continuation: go on from a corrected frame of an earlier track."""
-        if self._request is None or self.running:
+        if self._request is None or self.running or not self._may_begin_anew():
             return
-        self.forget_kept()
         digest = inputs_digest(self._request, self._plan)
         self._start(_Task(self._request, self._plan, digest, TRACKS.new(), continuation), resume=False)
 
@@ -132,9 +132,24 @@ class TrackPart:
 
     def forget_kept(self) -> None:
         """Remove the frames that an interrupted tracking has left."""
-        kept, self._kept = self._kept, None
-        if kept is not None:
-            discard(kept.output)
+        self._keep_instead(None)
+
+    def _keep_instead(self, task: _Task | None) -> None:
+        """Keep what another tracking has left, or nothing; until then earlier frames stay, whatever fails meanwhile."""
+        before, self._kept = self._kept, task
+        if before is not None and (task is None or task.output != before.output):
+            discard(before.output)
+
+    def _may_begin_anew(self) -> bool:
+        """Ask where frames would be lost that may be gone on with."""
+        if not self._can_go_on() or self._kept is None:
+            return True
+        return slicer.util.confirmOkCancelDisplay(
+            _(
+                "{count} frames of an interrupted tracking are kept: Go on continues after them.\n\n"
+                "Begin anew all the same? They are removed once the new tracking has frames of its own."
+            ).format(count=frames_kept(self._kept.output))
+        )
 
     def say(self, text: str) -> None:
         """Show a message until another one, or none."""
@@ -171,12 +186,13 @@ class TrackPart:
         self._timer.stop()
         self._run = None
         if state is State.DONE or isinstance(run.error, UntrustedResultError):
-            self._kept = None
+            self._keep_instead(None)
             self._finish()
             self._take(run, task)
         else:
             kept = frames_kept(task.output)
-            self._kept = task if kept else None
+            if kept or task is self._kept:
+                self._keep_instead(task if kept else None)
             self._finish()
             self.say(self._interrupted_text(run, kept))
 

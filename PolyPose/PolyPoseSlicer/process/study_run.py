@@ -156,6 +156,10 @@ class StudyRun:
         """Take the result or raise its error; changes the state."""
         raise NotImplementedError
 
+    def _is_finished(self) -> bool:
+        """Whether the child's work was done before it was cancelled, and is to be taken all the same."""
+        return False
+
     def _poll_loading(self) -> None:
         """Continue the work that remains once the child has ended."""
 
@@ -220,7 +224,8 @@ class StudyRun:
             self.progress = steps[-1].progress
             self._took(steps)
         if job.finished:
-            self._refuse_when_cancelled()
+            if not self._is_finished():
+                self._refuse_when_cancelled()
             self._child_ended(job)
 
     def _refuse_when_cancelled(self) -> None:

@@ -94,6 +94,7 @@ class TrackRun(StudyRun):
         """
         self.output = output
         self.track: Track | None = None
+        self._earlier = self._written()
         self._data, self._resume, self._continuation = data, resume, continuation
         self._more_arguments: list[str] = []
         self._untrusted: UntrustedResultError | None = None
@@ -121,11 +122,24 @@ class TrackRun(StudyRun):
 
     def _child_ended(self, job: Job) -> None:
         untrusted = job.exit_status == UntrustedResultError.exit_status
-        if not (job.exit_status == 0 or untrusted) or not (self.output / "track.json").is_file():
+        ended_well = job.exit_status == 0 or untrusted or (self._cancelling and self._is_finished())
+        if not ended_well or self._written() is None:
             raise error_of(job.exit_status, job.log, self._what)
         self._untrusted = UntrustedResultError(child_sentence(job.log)) if untrusted else None
         self.state = State.LOADING
         self._thread = self._start_thread(self._load)
+
+    def _is_finished(self) -> bool:
+        """The track is there, and the frames beside it are gone: it would be lost if it were not taken."""
+        return self._written() not in (None, self._earlier)
+
+    def _written(self) -> tuple[int, int] | None:
+        """Changes whenever a track is written to the output; None where there is none."""
+        try:
+            found = (self.output / "track.json").stat()
+        except OSError:
+            return None
+        return found.st_mtime_ns, found.st_ino
 
     def _load(self) -> Track:
         from PolyPoseLib.io.tracking.tracks import load_track
@@ -134,9 +148,16 @@ class TrackRun(StudyRun):
 
     def _poll_loading(self) -> None:
         if not self._thread.is_alive():
-            self.track = self._take_thread()
-            self._refuse_when_cancelled()
+            track: Track = self._take_thread()
+            self.track = track
+            if track.distrust and self._untrusted is None:  # cancelled before the child could say so
+                self._untrusted = UntrustedResultError(_distrust_text(track))
             self._end(State.DONE, self._untrusted)
+
+
+def _distrust_text(track: Track) -> str:
+    reasons = "; ".join(each.rstrip(".") for each in track.distrust)
+    return _("The track must not be trusted: {reasons}.").format(reasons=reasons)
 
 
 class Pace:
@@ -151,12 +172,14 @@ class Pace:
 
     def took(self, progress: Progress) -> None:
         """A step of the run."""
-        if progress.stage != self._stage:
-            self._stage, self._times = progress.stage, []
+        # Two passes of one name may follow each other; a pass never goes back, nor changes its length.
+        behind = bool(self._times) and progress.iteration < self._times[-1][0]
+        if progress.stage != self._stage or progress.of != self._of or behind:
+            self._stage, self._of, self._times = progress.stage, progress.of, []
         if progress.stage in PASSES:
             # The first frame takes longer than any other: it does not count once there are others.
             self._times.append((progress.iteration, progress.seconds))
-            self._of, self._seen = progress.of, time.monotonic()
+            self._seen = time.monotonic()
 
     @property
     def left(self) -> float | None:

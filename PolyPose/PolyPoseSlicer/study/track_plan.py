@@ -261,4 +261,18 @@ def _notes(request: TrackRequest, cameras: tuple[PlannedCamera, ...], frames: ra
                     "The result's poses belong to another frame than {frame}, which starts from them nevertheless."
                 ).format(frame=frames.start)
             )
+        notes += _notes_on_still(request)
     return notes
+
+
+def _notes_on_still(request: TrackRequest) -> list[str]:
+    """What stands still at a given pose is taken there as exact, and no X-ray is asked about it."""
+    doubtful = [each for each in request.uncertain if each in request.settings.still]
+    if not doubtful:
+        return []
+    return [
+        _(
+            "The result's poses of structures that stand still are flagged as uncertain ({names}), but the track takes "
+            "them as exact and flags nothing: let them move, or correct them and register again."
+        ).format(names=", ".join(doubtful))
+    ]

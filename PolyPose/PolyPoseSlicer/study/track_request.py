@@ -131,6 +131,8 @@ class TrackRequest:
         Where structures are in the first frame, from the X-rays' posture to the CT, LPS mm; for Start.RESULT.
     threads : int, optional
         CPU threads; None for all.
+    uncertain : sequence of str
+        Structures of `poses` that the registration flagged as uncertain.
 
     """
 
@@ -142,6 +144,7 @@ class TrackRequest:
     found: Mapping[str, FoundView] = field(default_factory=dict)
     poses: Mapping[str, np.ndarray] = field(default_factory=dict)
     threads: int | None = None
+    uncertain: Sequence[str] = ()
 
     @classmethod
     def of(cls, parameters: PolyPoseParameterNode) -> TrackRequest:
@@ -149,6 +152,7 @@ class TrackRequest:
         outputs, structures = outputs_of(parameters), structures_of(parameters)
         settings = TrackSettings.of(parameters.tracking)
         reference = settings.reference if settings.reference in structures else parameters.anchor
+        motions = {name: each for name, each in motions_of(outputs.motions).items() if name in structures}
         return cls(
             parameters.ct,
             parameters.segmentation,
@@ -156,12 +160,9 @@ class TrackRequest:
             xray_sources(parameters),
             replace(settings, reference=reference),
             found_views(outputs),
-            {
-                name: np.linalg.inv(motion.matrix)
-                for name, motion in motions_of(outputs.motions).items()
-                if name in structures
-            },
+            {name: np.linalg.inv(motion.matrix) for name, motion in motions.items()},
             int(json.loads(parameters.options or "{}").get("threads") or 0) or None,
+            tuple(name for name, motion in motions.items() if motion.doubts),
         )
 
     def by_structure(self) -> Mapping[str, Sequence[str]]:

@@ -1786,12 +1786,12 @@
         <translation>Die Verfolgung wird gespeichert...</translation>
     </message>
     <message>
-        <source>Tracking: frame {frame} of {of}</source>
-        <translation>Verfolgung: Zeitpunkt {frame} von {of}</translation>
+        <source>Tracking: {frame} of {of} frames</source>
+        <translation>Verfolgung: {frame} von {of} Zeitpunkten</translation>
     </message>
     <message>
-        <source>Back: frame {frame} of {of}</source>
-        <translation>Rückweg: Zeitpunkt {frame} von {of}</translation>
+        <source>Back: {frame} of {of} frames</source>
+        <translation>Rückweg: {frame} von {of} Zeitpunkten</translation>
     </message>
     <message>
         <source>Preparing the CT</source>
@@ -2028,6 +2028,14 @@
     <message>
         <source>Follow the bones through the sequences.</source>
         <translation>Den Knochen durch die Sequenzen folgen.</translation>
+    </message>
+    <message>
+        <source>{count} frames of an interrupted tracking are kept: Go on continues after them.
+
+Begin anew all the same? They are removed once the new tracking has frames of its own.</source>
+        <translation>{count} Zeitpunkte einer unterbrochenen Verfolgung sind erhalten: mit Fortsetzen geht es danach weiter.
+
+Trotzdem neu beginnen? Sie werden entfernt, sobald die neue Verfolgung eigene Zeitpunkte hat.</translation>
     </message>
     <message>
         <source>Cancelled.</source>
@@ -2392,6 +2400,10 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>tracking</source>
         <translation>Verfolgung</translation>
+    </message>
+    <message>
+        <source>The track must not be trusted: {reasons}.</source>
+        <translation>Der Verfolgung ist nicht zu trauen: {reasons}.</translation>
     </message>
 </context>
 <context>
@@ -3055,6 +3067,10 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>The sequences state different numbers of frames per second ({rates}): enter the true one.</source>
         <translation>Die Sequenzen geben verschiedene Zahlen von Bildern pro Sekunde an ({rates}): die richtige eingeben.</translation>
+    </message>
+    <message>
+        <source>The result&apos;s poses of structures that stand still are flagged as uncertain ({names}), but the track takes them as exact and flags nothing: let them move, or correct them and register again.</source>
+        <translation>Posen stillstehender Strukturen im Ergebnis sind als unsicher markiert ({names}), die Verfolgung nimmt sie aber als genau und markiert nichts: Lassen Sie sie sich bewegen, oder korrigieren Sie sie und registrieren Sie erneut.</translation>
     </message>
     <message>
         <source>{count} X-rays are single images and are not tracked.</source>

@@ -1786,12 +1786,12 @@
         <translation>Guardando el seguimiento...</translation>
     </message>
     <message>
-        <source>Tracking: frame {frame} of {of}</source>
-        <translation>Seguimiento: instante {frame} de {of}</translation>
+        <source>Tracking: {frame} of {of} frames</source>
+        <translation>Seguimiento: {frame} de {of} instantes</translation>
     </message>
     <message>
-        <source>Back: frame {frame} of {of}</source>
-        <translation>Regreso: instante {frame} de {of}</translation>
+        <source>Back: {frame} of {of} frames</source>
+        <translation>Regreso: {frame} de {of} instantes</translation>
     </message>
     <message>
         <source>Preparing the CT</source>
@@ -2028,6 +2028,14 @@
     <message>
         <source>Follow the bones through the sequences.</source>
         <translation>Seguir los huesos a través de las secuencias.</translation>
+    </message>
+    <message>
+        <source>{count} frames of an interrupted tracking are kept: Go on continues after them.
+
+Begin anew all the same? They are removed once the new tracking has frames of its own.</source>
+        <translation>Se conservan {count} instantes de un seguimiento interrumpido: Continuar sigue después de ellos.
+
+¿Empezar de nuevo de todos modos? Se eliminarán en cuanto el nuevo seguimiento tenga instantes propios.</translation>
     </message>
     <message>
         <source>Cancelled.</source>
@@ -2392,6 +2400,10 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>tracking</source>
         <translation>seguimiento</translation>
+    </message>
+    <message>
+        <source>The track must not be trusted: {reasons}.</source>
+        <translation>El seguimiento no es fiable: {reasons}.</translation>
     </message>
 </context>
 <context>
@@ -3055,6 +3067,10 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>The sequences state different numbers of frames per second ({rates}): enter the true one.</source>
         <translation>Las secuencias indican números distintos de imágenes por segundo ({rates}): introduzca el verdadero.</translation>
+    </message>
+    <message>
+        <source>The result&apos;s poses of structures that stand still are flagged as uncertain ({names}), but the track takes them as exact and flags nothing: let them move, or correct them and register again.</source>
+        <translation>En el resultado, las poses de estructuras inmóviles están marcadas como inciertas ({names}), pero el seguimiento las toma por exactas y no marca nada: deje que se muevan, o corríjalas y registre de nuevo.</translation>
     </message>
     <message>
         <source>{count} X-rays are single images and are not tracked.</source>

@@ -1786,12 +1786,12 @@
         <translation>Enregistrement du suivi...</translation>
     </message>
     <message>
-        <source>Tracking: frame {frame} of {of}</source>
-        <translation>Suivi : instant {frame} sur {of}</translation>
+        <source>Tracking: {frame} of {of} frames</source>
+        <translation>Suivi : {frame} instants sur {of}</translation>
     </message>
     <message>
-        <source>Back: frame {frame} of {of}</source>
-        <translation>Retour : instant {frame} sur {of}</translation>
+        <source>Back: {frame} of {of} frames</source>
+        <translation>Retour : {frame} instants sur {of}</translation>
     </message>
     <message>
         <source>Preparing the CT</source>
@@ -2028,6 +2028,14 @@
     <message>
         <source>Follow the bones through the sequences.</source>
         <translation>Suivre les os à travers les séquences.</translation>
+    </message>
+    <message>
+        <source>{count} frames of an interrupted tracking are kept: Go on continues after them.
+
+Begin anew all the same? They are removed once the new tracking has frames of its own.</source>
+        <translation>{count} instants d&apos;un suivi interrompu sont conservés : Reprendre continue après eux.
+
+Recommencer quand même ? Ils seront supprimés dès que le nouveau suivi aura ses propres instants.</translation>
     </message>
     <message>
         <source>Cancelled.</source>
@@ -2392,6 +2400,10 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     <message>
         <source>tracking</source>
         <translation>suivi</translation>
+    </message>
+    <message>
+        <source>The track must not be trusted: {reasons}.</source>
+        <translation>Le suivi n&apos;est pas fiable : {reasons}.</translation>
     </message>
 </context>
 <context>
@@ -3055,6 +3067,10 @@ Installer {name} maintenant, avec les extensions dont il a besoin ? Il est tél�
     <message>
         <source>The sequences state different numbers of frames per second ({rates}): enter the true one.</source>
         <translation>Les séquences indiquent des nombres différents d&apos;images par seconde ({rates}) : saisir le bon.</translation>
+    </message>
+    <message>
+        <source>The result&apos;s poses of structures that stand still are flagged as uncertain ({names}), but the track takes them as exact and flags nothing: let them move, or correct them and register again.</source>
+        <translation>Dans le résultat, les poses de structures immobiles sont signalées comme incertaines ({names}), mais le suivi les prend pour exactes et ne signale rien : laissez-les bouger, ou corrigez-les et recalez de nouveau.</translation>
     </message>
     <message>
         <source>{count} X-rays are single images and are not tracked.</source>

@@ -1786,12 +1786,12 @@
         <translation>追跡を保存しています...</translation>
     </message>
     <message>
-        <source>Tracking: frame {frame} of {of}</source>
-        <translation>追跡: フレーム {frame} / {of}</translation>
+        <source>Tracking: {frame} of {of} frames</source>
+        <translation>追跡: {frame} / {of} フレーム</translation>
     </message>
     <message>
-        <source>Back: frame {frame} of {of}</source>
-        <translation>逆方向: フレーム {frame} / {of}</translation>
+        <source>Back: {frame} of {of} frames</source>
+        <translation>逆方向: {frame} / {of} フレーム</translation>
     </message>
     <message>
         <source>Preparing the CT</source>
@@ -2028,6 +2028,14 @@
     <message>
         <source>Follow the bones through the sequences.</source>
         <translation>シーケンスを通して骨を追跡します。</translation>
+    </message>
+    <message>
+        <source>{count} frames of an interrupted tracking are kept: Go on continues after them.
+
+Begin anew all the same? They are removed once the new tracking has frames of its own.</source>
+        <translation>中断された追跡の {count} フレームが保存されています。「続行」でその後から続けられます。
+
+それでも最初からやり直しますか? 新しい追跡のフレームができた時点で削除されます。</translation>
     </message>
     <message>
         <source>Cancelled.</source>
@@ -2392,6 +2400,10 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>tracking</source>
         <translation>追跡</translation>
+    </message>
+    <message>
+        <source>The track must not be trusted: {reasons}.</source>
+        <translation>この追跡結果は信頼できません: {reasons}。</translation>
     </message>
 </context>
 <context>
@@ -3055,6 +3067,10 @@ Install {name} now, with the extensions that it needs? It is downloaded from Sli
     <message>
         <source>The sequences state different numbers of frames per second ({rates}): enter the true one.</source>
         <translation>シーケンスが示す毎秒のフレーム数が異なります（{rates}）。正しい値を入力してください。</translation>
+    </message>
+    <message>
+        <source>The result&apos;s poses of structures that stand still are flagged as uncertain ({names}), but the track takes them as exact and flags nothing: let them move, or correct them and register again.</source>
+        <translation>静止している構造の結果の姿勢が不確かと判定されています ({names})。追跡ではそれらを正確なものとして扱い、何も警告しません。動くものとして扱うか、修正して再度位置合わせしてください。</translation>
     </message>
     <message>
         <source>{count} X-rays are single images and are not tracked.</source>

@@ -72,7 +72,8 @@ class Sequence:
         Of all cameras.
     initial_poses : mapping of str to (4, 4) array
         Of structures in the first frame, the rig's world (fixed) to the CT's LPS mm (moving). Structures without one
-        start where the CT has them, or as ``options.start`` says.
+        start where the CT has them relative to the reference, or to the first structure that has one where the
+        reference has none; or as ``options.start`` says.
     reference : str
         The structure relative to which others are reported, and the anchor where the first frame is registered.
     still : tuple of str

@@ -21,8 +21,8 @@ class TrackOptions:
     Parameters
     ----------
     start : {"rest", "registration"}
-        How structures without an initial pose begin: where the CT has them, with the rig's world as the CT's, or by a
-        registration of the first frame.
+        How structures without an initial pose begin: where the CT has them, with the rig's world as the CT's unless
+        initial poses of other structures tell another, or by a registration of the first frame.
     prediction : {"previous", "constant_velocity"}
         Where a frame's fit starts.
     first : int

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,9 @@ from scipy.ndimage import gaussian_filter
 
 MIDDLE = 0.42
 """Median of a shown picture, of 1."""
+
+PLAIN = 0.2
+"""Range of an image's values, of the widest among several, below which it is blank."""
 
 
 def shrunk(image: np.ndarray, largest_side: int) -> tuple[np.ndarray, int]:
@@ -46,6 +50,14 @@ class GreyScale:
     def of(cls, image: np.ndarray, mask: np.ndarray | None = None) -> GreyScale:
         """Choose it by an image (H, W) where a mask (H, W) bool holds."""
         return cls._of_flat(_without_slow_variation(image), mask)
+
+    @classmethod
+    def of_several(cls, images: Sequence[tuple[np.ndarray, np.ndarray]]) -> GreyScale:
+        """Choose it by images with their masks, some of which may be blank; all are then shown alike."""
+        scales = [cls.of(*each) for each in images]
+        least = PLAIN * max(each.high - each.low for each in scales)
+        shown = [each for each in scales if each.high - each.low >= least]
+        return cls(*np.median([[each.low, each.high, each.gamma] for each in shown], axis=0).tolist())
 
     @classmethod
     def _of_flat(cls, flat: np.ndarray, mask: np.ndarray | None) -> GreyScale:

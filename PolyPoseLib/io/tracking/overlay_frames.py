@@ -35,6 +35,9 @@ STRIP = 34
 MOST_NAMES = 12
 """Of bones; more would hide the X-rays."""
 
+LOOKED_AT = 5
+"""Frames, evenly spread, by which each view gets one window of grey for all: any of them may be blank."""
+
 KEY = "Blue: bones as found. Yellow: {reference}, the reference. Pink, dashed: flagged as uncertain."
 
 _COLOURS = {"anchor": ANCHOR_COLOUR, "moving": AFTER_COLOUR, "flagged": FLAGGED_COLOUR}
@@ -127,17 +130,12 @@ class OverlayFrames:
 
     def _draw_view(self, cell: _Cell, frame: TrackedFrame) -> None:
         """An X-ray with the outlines of all bones that are not lost."""
-        image, mask = cell.view.images.read(cell.view.first + frame.frame)
-        whole = self._track.cameras[cell.view.name]
-        if image.shape != (whole.height, whole.width):
-            raise InputError(
-                f'The image of "{cell.view.name}" in frame {frame.frame} has {image.shape} pixels but its camera '
-                f"{(whole.height, whole.width)}: give the images that were tracked."
-            )
-        rows, columns = cell.camera.height, cell.camera.width
-        small, inside = shrunk(image, max(rows, columns))[0], shrunk(mask, max(rows, columns))[0] > 0.5
         if cell.view.name not in self._scales:
-            self._scales[cell.view.name] = GreyScale.of(small, inside)
+            some = np.linspace(0, len(self._track.frames) - 1, LOOKED_AT).round().astype(int)
+            shown = [self._shrunk(cell, self._track.frames[n]) for n in dict.fromkeys(some)]
+            self._scales[cell.view.name] = GreyScale.of_several(shown)
+        small, _ = self._shrunk(cell, frame)
+        rows, columns = cell.camera.height, cell.camera.width
         place = cell.place
         for artist in [*place.images, *place.collections, *place.texts]:
             artist.remove()
@@ -151,6 +149,18 @@ class OverlayFrames:
             shown = ReportView("", math.nan, size, None, None, None, None, None, tuple(outlines))
             _draw_names(place, shown, _LETTERS * rows / self._rows)
         _draw_text(place, 0.012, 0.985, _short(cell.view.name), "#ffffff", corner=True)
+
+    def _shrunk(self, cell: _Cell, frame: TrackedFrame) -> tuple[np.ndarray, np.ndarray]:
+        """A view's image as it is shown and its mask, bool, both (H, W) of the binned camera."""
+        image, mask = cell.view.images.read(cell.view.first + frame.frame)
+        whole = self._track.cameras[cell.view.name]
+        if image.shape != (whole.height, whole.width):
+            raise InputError(
+                f'The image of "{cell.view.name}" in frame {frame.frame} has {image.shape} pixels but its camera '
+                f"{(whole.height, whole.width)}: give the images that were tracked."
+            )
+        largest = max(cell.camera.height, cell.camera.width)
+        return shrunk(image, largest)[0], shrunk(mask, largest)[0] > 0.5
 
     def _outlines(self, camera: Camera, frame: TrackedFrame) -> list[BoneOutline]:
         found = []

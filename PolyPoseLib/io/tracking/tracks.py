@@ -42,6 +42,9 @@ MORE_FILES: tuple[Writer, ...] = (write_tables_of, write_plots_of, write_video_o
 """What else is written into the folder, each from the track, the sequence and the folder: joint tables, plots, the
 overlay video. What cannot be made is left out with a warning."""
 
+WITHOUT = "The track is saved without some of its further files:"
+"""How the warning about what was left out begins; the panel shows it."""
+
 _LOG = logging.getLogger(__name__)
 
 
@@ -209,7 +212,7 @@ def _left_out_if_it_fails(writer: Writer, track: Track, sequence: Sequence, fold
         reason = f"{type(error).__name__}: {error}"
     for each in sorted(set(folder.rglob("*")) - before, reverse=True):
         each.rmdir() if _is_folder(each) else each.unlink()
-    _LOG.warning("The track is saved without some of its further files: %s", " ".join(reason.split())[:400])
+    _LOG.warning("%s %s", WITHOUT, " ".join(reason.split())[:400])
 
 
 def _is_folder(path: Path) -> bool:

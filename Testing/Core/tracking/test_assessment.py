@@ -1,6 +1,8 @@
 """What speaks against poses, on the small knee with poses that are known to be right or wrong."""
 
+from copy import copy
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from PolyPoseLib.data.tracking.track import TrackedFrame
 from PolyPoseLib.geometry.rigid import about, perturbation
 from PolyPoseLib.registration.fit.levels import Observation
 from PolyPoseLib.rendering.rigid import Body
+from PolyPoseLib.tracking import recovery
 from PolyPoseLib.tracking.assessment import AGAINST, WEAK, assess, distance_mm, overlaps
 from PolyPoseLib.tracking.comparison import better_poses
 from PolyPoseLib.tracking.contradicted import with_contradictions
@@ -194,3 +197,22 @@ def test_a_pose_that_jumps_out_of_line_is_flagged(patient, knee_track):
     assert "9.0 mm from the middle" in found[5].doubts[1][-1]
     assert all(found[n].doubts[k] == () for n in range(12) for k in (0, 2))
     assert all(found[n].doubts[1] == () for n in (0, 1, 2, 3, 7, 8, 9, 10, 11))
+
+
+def test_what_stands_still_is_not_moved_by_restarts_of_all_others(patient, right):
+    """Wherever it is in frames beside it; all others are moved as one."""
+    fixed = copy(patient)
+    fixed.still, fixed.moving = [2], [0, 1]
+    elsewhere = moved(patient, right, 2, [5.0, 0, 0, 9.0, 0, 0])
+    starts = []
+
+    def fit(start, _levels, free):
+        assert free == fixed.moving
+        starts.append(start)
+        residuals = np.full(3, 1.0 / len(starts))  # whatever comes later is better
+        return SimpleNamespace(poses=start, agreement=SimpleNamespace(residuals=residuals))
+
+    best = recovery._moved_as_one(SimpleNamespace(patient=fixed, fit=fit), [right, elsewhere])
+    assert all(np.array_equal(each[2], right[2]) for each in (*starts, best))
+    assert len({np.round(each[0], 6).tobytes() for each in starts}) == len(starts) - 1
+    assert distance_mm(patient, best[0], right[0], 0) > 5

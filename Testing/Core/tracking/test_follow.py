@@ -183,6 +183,20 @@ def test_what_stands_still_at_a_given_pose_needs_no_picture(knee_sequence):
     assert [frame.sources[2] for frame in track(given).frames] == ["given", "given"]
 
 
+@pytest.mark.parametrize("mm", [0.0, 12.0])
+def test_a_given_pose_of_what_stands_still_is_compared_with_the_first_frame(knee_sequence, mm):
+    """No frame is flagged, as somebody vouches for it; a warning says where the X-rays contradict it."""
+    pose = knee_sequence.initial_poses["tibia"].copy()
+    pose[:3, 3] += (mm, -mm, mm)
+    poses = {**knee_sequence.initial_poses, "tibia": pose}
+    given = replace(knee_sequence, still=("tibia",), initial_poses=poses, options=replace(FORWARD, last=0))
+    found = track(given)
+    told = [line for line in found.warnings if line.startswith('"tibia" stands still at the pose')]
+    assert len(told) == (mm > 0)
+    assert found.frames[0].doubts[1] == ()
+    assert not any("stands still" in line for line in found.warnings if line not in told)
+
+
 def test_a_camera_that_looks_elsewhere_is_named(knee_sequence):
     left, right = knee_sequence.views
     around = np.diag([-1.0, 1.0, -1.0, 1.0])

@@ -13,11 +13,13 @@ from PolyPoseLib.data.tracking.correction import Correction
 from PolyPoseLib.data.tracking.track import Corrected, TrackedFrame
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.rigid import about, perturbation, perturbation_between, rigid_inverse
-from PolyPoseLib.tracking import backward, comparison
+from PolyPoseLib.tracking import backward, comparison, sweep
 from PolyPoseLib.tracking.assessment import AGAINST
-from PolyPoseLib.tracking.continuation import joined
+from PolyPoseLib.tracking.continuation import joined, tracked_on
+from PolyPoseLib.tracking.contradicted import with_contradictions
 from PolyPoseLib.tracking.follow import track
 from PolyPoseLib.tracking.jumps import BESIDE
+from PolyPoseLib.tracking.kept import Kept
 from PolyPoseLib.tracking.patient import Patient
 
 TIBIA = NAMES.index("tibia")
@@ -178,6 +180,41 @@ def test_kept_frames_are_judged_anew_only_beside_new_ones(knee, knee_sequence):
     assert found[3].doubts == ((), (against,), ()), "it lies between its neighbours now"
     assert np.trace(found[4].covariances[TIBIA]) > np.trace(frames[4].covariances[TIBIA]) + 50
     assert np.array_equal(found[4].covariances[0], frames[4].covariances[0])
+
+
+def test_what_was_corrected_by_hand_stays_as_it_is_at_every_later_correction(
+    knee, knee_sequence, knee_track, monkeypatch
+):
+    """However often frames beside it are corrected, and whatever the end of a tracking adds to it."""
+    patient = Patient(knee_sequence, Monitor(None, None))
+    lines = ((), (f'{AGAINST} the camera "camera 1"',), ())
+    frames = list(knee_track.frames)
+    for n in (2, 3):
+        frames[n] = replace(frames[n], doubts=lines, sources=("forward", "corrected", "forward"))
+    frames = with_contradictions(patient, frames)
+    jumped = (*lines[1], f"it is 9.0 {BESIDE}")
+    frames[2] = replace(frames[2], doubts=((), jumped, ()))
+    earlier = replace(knee_track, frames=tuple(frames))
+    seen = []
+
+    def corrected(patient, number, past, frame):
+        seen.append(frame)
+        return frame
+
+    monkeypatch.setattr(sweep, "next_frame", corrected)
+    for _ in range(2):
+        correction = Correction(earlier, 3, {}, "backward", until=2)
+        earlier = replace(
+            earlier,
+            frames=tuple(joined(patient, earlier.frames, tracked_on(patient, correction, Kept(3)))),
+        )
+    assert np.allclose(earlier.frames[2].covariances, frames[2].covariances, rtol=1e-9)
+    assert not any(line.endswith(BESIDE) for line in earlier.frames[2].doubts[TIBIA]), (
+        "it lies between them now"
+    )
+    for frame in seen:
+        assert np.allclose(frame.covariances, knee_track.frames[2].covariances, rtol=1e-6, atol=1e-9)
+        assert frame.doubts == lines
 
 
 def test_what_was_lost_is_bridged_to_the_new_frames(knee, knee_sequence):
