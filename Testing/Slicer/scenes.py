@@ -131,6 +131,13 @@ def camera_matrix() -> tuple[np.ndarray, np.ndarray]:
     return intrinsics, extrinsic
 
 
+WARNINGS = (
+    "All X-rays were taken from about one direction: depth along it is hardly known.",
+    "something was odd",
+)
+"""What the panel says of a result, whose two cameras are the same one."""
+
+
 def result(
     ct_affine: np.ndarray | None = None,
     distrust: tuple[str, ...] = (),

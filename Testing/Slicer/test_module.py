@@ -125,7 +125,7 @@ class ModuleTest(SlicerTestCase):
         self.assertIs(outputs.plot.GetNthPlotSeriesNode(0), outputs.series)
         self.assertIs(outputs.series.GetTableNode(), outputs.similarity)
         np.testing.assert_allclose(slicer.util.arrayFromTransformMatrix(outputs.cameras[1]), camera)
-        self.assertEqual((len(outputs.renderings), outputs.warnings), (2, ("something was odd",)))
+        self.assertEqual((len(outputs.renderings), outputs.warnings), (2, scenes.WARNINGS))
 
     def mapped(self, node: slicer.vtkMRMLTransformNode) -> list:
         """Where a transform takes some points."""

@@ -34,7 +34,7 @@ class OutputTest(RegistrationCase):
         expected = frames.flip_affine(scenes.affine(left_handed=True, tilt_deg=10.0))
         np.testing.assert_allclose(frames.from_vtk(matrix), expected, atol=1e-4)
         self.assertEqual(nodes.volume.GetDisplayNode().GetWindow(), 1500)
-        self.assertEqual((nodes.warnings, nodes.device), (("something was odd",), "cpu"))
+        self.assertEqual((nodes.warnings, nodes.device), (scenes.WARNINGS, "cpu"))
         self.assertTrue(nodes.report.startswith(b"\x89PNG"))
 
     def test_inputs_are_not_changed(self) -> None:
