@@ -8,7 +8,7 @@ import numpy as np
 
 from PolyPoseLib.registration.bones.agreement import structure_residuals
 from PolyPoseLib.registration.bones.limbs import restart_limbs
-from PolyPoseLib.registration.bones.restarts import restart_bones
+from PolyPoseLib.registration.bones.restarts import Search, restart_bones
 from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.run import Run
 from PolyPoseLib.registration.scene import Scene
@@ -25,6 +25,8 @@ def restart_inconsistent(
     among: Collection[int] | None = None,
 ) -> np.ndarray:
     """Restart suspect bones, far from where they are: first those that hang together, then each by itself.
+
+    Each stays where it is unless the X-rays refute that.
 
     Parameters
     ----------
@@ -51,7 +53,7 @@ def restart_inconsistent(
     if which:
         poses = restart_limbs(run, observations, poses, levels[0], which)
     for n, level in enumerate(levels if which else ()):
-        poses = restart_bones(run, observations, poses, level, which, far=n == 0)
+        poses = restart_bones(run, observations, poses, level, which, Search(far=n == 0, must_refute=True))
     return poses
 
 

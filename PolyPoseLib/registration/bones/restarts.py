@@ -2,13 +2,15 @@
 
 Least squares find the nearest local minimum only. After the coarsest level each bone, from the anchor outwards, is
 restarted: turned about its joints to either side of three axes, shifted, moved along with its neighbour, and at rest.
-The start that ends at the lowest cost over one fixed region of the X-rays is kept.
+The start that ends at the lowest cost over one fixed region of the X-rays is kept. A bone that was fitted finely, and
+is looked for elsewhere only because the X-rays match it badly, stays unless they refute its pose: after processing or
+with distortion they match right bones badly, too, and among many starts some place is always a little better.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from PolyPoseLib.registration.fit.levenberg_marquardt import SolverOptions
 from PolyPoseLib.registration.fit.lockstep import minimise_together
 from PolyPoseLib.registration.fit.many_poses import at_many_poses
 from PolyPoseLib.registration.fit.problem import RigidProblem, State, View
+from PolyPoseLib.registration.fit.refutation import is_refuted
 from PolyPoseLib.registration.fit.views import LevelViews, problem_of_one_bone
 from PolyPoseLib.registration.fit.weighting import dilated, mark_shown, reliability
 from PolyPoseLib.registration.run import Run
@@ -46,13 +49,30 @@ KEPT = 3
 """Starts that continue."""
 
 
+@dataclass(frozen=True)
+class Search:
+    """How bones are looked for.
+
+    Attributes
+    ----------
+    far : bool
+        Whether they are started far away as well.
+    must_refute : bool
+        Whether a bone leaves its pose only where the X-rays refute it, or else for any lower cost.
+
+    """
+
+    far: bool = False
+    must_refute: bool = False
+
+
 def restart_bones(
     run: Run,
     observations: Sequence[Observation],
     poses: np.ndarray,
     level: Level,
     which: Collection[int] | None = None,
-    far: bool = False,
+    search: Search = Search(),
 ) -> np.ndarray:
     """Fit bones one by one from several starts, with the cameras and the soft tissue held.
 
@@ -68,8 +88,8 @@ def restart_bones(
         The resolution, and the iterations of the best starts.
     which : collection of int, optional
         Indices of the bones that are restarted; None for all.
-    far : bool
-        Whether they are started far away as well.
+    search : Search
+        How they are looked for.
 
     Returns
     -------
@@ -83,8 +103,9 @@ def restart_bones(
     order = [link for link in chain_from_anchor(run.scene) if which is None or link[0] in which]
     for n, (k, neighbour) in enumerate(order):
         run.step(n, len(order))
-        starts = list(_starts(run.scene, state.poses, k, neighbour, far))
-        found = best_of(problem, state, k, starts, level.iterations)
+        starts = list(_starts(run.scene, state.poses, k, neighbour, search.far))
+        find = first_unless_refuted if search.must_refute else best_of
+        found = find(problem, state, k, starts, level.iterations)
         state = state.with_pose(k, state.poses[neighbour] if found is None else found)
     return state.poses
 
@@ -149,15 +170,53 @@ def best_of(
 
     The other bones and the cameras stand still.
     """
+    ends = _ends_of(problem, state, k, starts, iterations)
+    return None if ends is None else ends.poses[np.argmin(ends.costs)]
+
+
+def first_unless_refuted(
+    problem: RigidProblem, state: State, k: int, starts: Sequence[np.ndarray], iterations: int
+) -> np.ndarray | None:
+    """The pose (4, 4) at which the first of a bone's starts ends, or the best one does where the X-rays refute that.
+
+    None where no X-ray shows the bone. The other bones and the cameras stand still.
+    """
+    ends = _ends_of(problem, state, k, starts, iterations, with_first=True)
+    if ends is None:
+        return None
+    first, best = ends.poses[0], ends.poses[np.argmin(ends.costs)]
+    there, here = (State.of_poses(pose[None], len(ends.alone.views)) for pose in (first, best))
+    return best if is_refuted(ends.alone, here, there) else first
+
+
+@dataclass(frozen=True)
+class _Ends:
+    """Where starts of a bone end. alone: the bone in front of everything else; poses: (S, 4, 4); costs: (S,)."""
+
+    alone: RigidProblem
+    poses: np.ndarray
+    costs: np.ndarray
+
+
+def _ends_of(
+    problem: RigidProblem,
+    state: State,
+    k: int,
+    starts: Sequence[np.ndarray],
+    iterations: int,
+    with_first: bool = False,
+) -> _Ends | None:
+    """Of the best of a bone's starts; with_first: with that of the first one before them."""
     views = [_view_of_one_bone(problem, state, n, k, starts) for n in range(len(problem.views))]
     alone = problem_of_one_bone(problem, state, k, views)
     if alone is None:
         return None
     bone = at_many_poses(alone)
     poses, costs = minimise_together(bone, np.stack(starts), SolverOptions(SHORT))
-    best = poses[np.argsort(costs, kind="stable")[:KEPT]]
-    poses, costs = minimise_together(bone, best, SolverOptions(iterations))
-    return poses[np.argmin(costs)]
+    kept = np.argsort(costs, kind="stable")[:KEPT]
+    if with_first:
+        kept = np.r_[0, kept[kept != 0]]
+    return _Ends(alone, *minimise_together(bone, poses[kept], SolverOptions(iterations)))
 
 
 def _view_of_one_bone(

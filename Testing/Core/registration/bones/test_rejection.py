@@ -10,11 +10,11 @@ from PolyPoseLib.data.hounsfield import bone_is_clipped
 from PolyPoseLib.geometry.rigid import about, perturbation
 from PolyPoseLib.pipeline import register
 from PolyPoseLib.registration.bones.agreement import Agreement, structure_agreement, structure_residuals
-from PolyPoseLib.registration.bones.rejection import inconsistency_warnings, restart_inconsistent
+from PolyPoseLib.registration.bones.rejection import SUSPECT, inconsistency_warnings, restart_inconsistent
 from PolyPoseLib.registration.fit.levels import Level, Observation
 from PolyPoseLib.registration.fit.views import LevelViews
 from PolyPoseLib.registration.magnification import magnification_of
-from PolyPoseLib.registration.scene import Scene
+from PolyPoseLib.registration.scene import Scene, body_points
 from PolyPoseLib.registration.uncertainty.covariance import DOUBTED_ROTATION_DEG, DOUBTED_TRANSLATION_MM
 from PolyPoseLib.registration.uncertainty.intervals import CLIPPED_DEG, CLIPPED_MM
 
@@ -92,6 +92,32 @@ def test_right_bones_are_not_restarted(known, monkeypatch):
     monkeypatch.setattr("PolyPoseLib.registration.bones.rejection.SUSPECT", 10.0)
     same = restart_inconsistent(known.run, known.observations, known.true, LEVELS)
     np.testing.assert_array_equal(same, known.true)
+
+
+@pytest.mark.parametrize("strength", [0.25, 0.4])
+@pytest.mark.parametrize("seed", range(6))
+def test_a_right_bone_stays_in_x_rays_that_show_what_the_ct_lacks(seed, strength):
+    """Smooth shadows everywhere: the bone matches badly, and some place far away may match a little better."""
+    simulated, rng = case(seed, scale=1.0), np.random.default_rng(seed)
+    scene = Scene(simulated.ct, simulated.structures, simulated.anchor)
+    run = quiet_run(scene, rotation_reach_mm=40.0)
+    observations = []
+    for image, camera in zip(simulated.images, simulated.cameras, strict=True):
+        shadows = 20.0 * strength * gaussian_filter(rng.normal(size=image.shape), 6)
+        observations.append(
+            Observation((image + shadows).astype(np.float32), np.ones(image.shape, bool), camera)
+        )
+    true = np.stack([simulated.fixed_to_moving[name] for name in scene.names])
+    assert (structure_residuals(run, observations, true)[FEMUR] > SUSPECT).any()
+    found = restart_inconsistent(run, observations, true, LEVELS)
+    assert displacement(scene, true, found) < 6.0
+
+
+def displacement(scene, first, second):
+    """Mean distance, mm, between the places of the femur's points under two sets of poses."""
+    points = body_points(scene.bodies(4.0)[FEMUR], 300)
+    shift = np.linalg.inv(first[FEMUR]) - np.linalg.inv(second[FEMUR])
+    return float(np.linalg.norm((np.c_[points, np.ones(len(points))] @ shift.T)[:, :3], axis=1).mean())
 
 
 @pytest.mark.parametrize("seed", range(3))
