@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.tracking.track import TrackedFrame
 from PolyPoseLib.geometry.rigid import about, perturbation
 from PolyPoseLib.registration.fit.levels import Observation
@@ -20,23 +19,7 @@ from PolyPoseLib.tracking.frame_fit import FOLLOWING, Frame, is_blank, with_limi
 from PolyPoseLib.tracking.gaps import bridged
 from PolyPoseLib.tracking.intervals import half_width
 from PolyPoseLib.tracking.jumps import with_jumps
-from PolyPoseLib.tracking.patient import Patient
 from PolyPoseLib.tracking.recovery import fit_again
-
-
-@pytest.fixture(scope="module")
-def patient(knee_sequence):
-    return Patient(knee_sequence, Monitor(None, None))
-
-
-@pytest.fixture(scope="module")
-def frame(patient):
-    return Frame(patient, 3)
-
-
-@pytest.fixture(scope="module")
-def right(patient, knee):
-    return patient.enlarged(knee.poses[3])
 
 
 def moved(patient, poses, k, step) -> np.ndarray:

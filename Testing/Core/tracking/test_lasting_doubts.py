@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.tracking.track import TrackedFrame
 from PolyPoseLib.geometry.rigid import about, perturbation
 from PolyPoseLib.registration.uncertainty.covariance import NORMAL_95, PoseUncertainty
@@ -14,24 +13,8 @@ from PolyPoseLib.tracking import assessment, backward, sweep
 from PolyPoseLib.tracking.assessment import WEAK, WIDE_MM, WORSENED, assess
 from PolyPoseLib.tracking.frame_fit import FOLLOWING, Frame
 from PolyPoseLib.tracking.kept import Kept
-from PolyPoseLib.tracking.patient import Patient
 
 NARROW = np.eye(6) * 1e-4
-
-
-@pytest.fixture(scope="module")
-def patient(knee_sequence):
-    return Patient(knee_sequence, Monitor(None, None))
-
-
-@pytest.fixture(scope="module")
-def frame(patient):
-    return Frame(patient, 3)
-
-
-@pytest.fixture(scope="module")
-def right(patient, knee):
-    return patient.enlarged(knee.poses[3])
 
 
 @pytest.fixture(scope="module")
