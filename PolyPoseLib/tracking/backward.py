@@ -98,10 +98,8 @@ def _looked_at_again(
     mixed = here.copy()
     mixed[tried] = start[tried]
     fit = images.fit(mixed, FOLLOWING, free)
-    beside = [
-        *before,
-        *after,
-    ]  # in front of what ends the sequence, what is ordinary is known from before alone
+    # At the end of a sequence only the frames before it tell what is ordinary.
+    beside = [*before, *after]
     found = assess(patient, fit, None, beside)
     suspects = [k for k in found.suspects if k in free]
     if suspects:

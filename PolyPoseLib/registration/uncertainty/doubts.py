@@ -15,7 +15,7 @@ from PolyPoseLib.registration.bones.visibility import Visibility
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.covariance import NORMAL_95, PoseUncertainty
 from PolyPoseLib.registration.uncertainty.intervals import HIDDEN_SHARE, UNCONFIRMED_MM
-from PolyPoseLib.registration.uncertainty.united import UnitedBones
+from PolyPoseLib.registration.uncertainty.united import UnitedBones, in_mm
 from PolyPoseLib.registration.uncertainty.widths import Widths
 
 WIDE_MM = 5.0
@@ -119,9 +119,9 @@ def doubts_about(scene: Scene, evidence: Evidence) -> dict[int, tuple[str, ...]]
 
 def _is_wide(evidence: Evidence, k: int) -> bool:
     """Whether a structure's interval is wide or, where none was asked for, would be for what is known without it."""
-    if k in evidence.widths:
-        widths = evidence.widths[k]
-        return widths.centroid_mm > WIDE_MM or widths.points_mm > WIDE_POINTS_MM
+    if k in evidence.uncertainties:
+        centroid_mm, points_mm = evidence.uncertainties[k].widest_mm, evidence.widths[k].points_mm
+        return centroid_mm > WIDE_MM or points_mm > WIDE_POINTS_MM
     slipped = any(k in each.slipped and each.apart_mm > WIDE_MM for each in evidence.breaks)
     hidden = evidence.visibility.hidden_share[k] >= HIDDEN_SHARE
     return bool(slipped or hidden or not evidence.agreement.is_clear[k])
@@ -170,7 +170,7 @@ def reasons_against_most(scene: Scene, evidence: Evidence) -> list[str]:
     if faint:
         said.append(f"hardly show {len(faint)} of {len(moving)} structures that lie in them")
     if vague:
-        within = _mm(VAGUE_MM / evidence.magnification)
+        within = in_mm(VAGUE_MM / evidence.magnification)
         said.append(
             f"leave {len(vague)} of {len(moving)} structures uncertain by more than {within} across the beam"
         )
@@ -227,10 +227,10 @@ def _causes(scene: Scene, evidence: Evidence, k: int) -> Iterator[str]:
     if apart is not None:
         moved, across = apart.apart_mm / evidence.magnification, scene.names[apart.across]
         bones = "it has" if len(apart.slipped) == 1 else f"it and {_others(scene, apart, k)} have"
-        yield f'{bones} moved {_mm(moved)} against "{across}" beside it'
+        yield f'{bones} moved {in_mm(moved)} against "{across}" beside it'
     rival = evidence.uncertainties[k].rival_mm if k in evidence.uncertainties else 0.0
     if rival >= LEAST_RIVAL_MM:
-        yield f"another place, {_mm(rival / evidence.magnification)} away, fits the X-rays as well"
+        yield f"another place, {in_mm(rival / evidence.magnification)} away, fits the X-rays as well"
     if not agreement.is_clear[k]:
         yield "no X-ray shows it clearly"
     if agreement.parts_off(k):
@@ -240,11 +240,6 @@ def _causes(scene: Scene, evidence: Evidence, k: int) -> Iterator[str]:
         yield f"only {_those(evidence.names, shows)} shows it"
     if shows.any() and np.nanmax(agreement.contrast[k]) < FAINT:
         yield "it stands out little from the soft tissue"
-
-
-def _mm(length: float) -> str:
-    """A length with its unit, to two digits at most."""
-    return f"{length:.0f} mm" if length >= 10 else f"{length:.2g} mm"
 
 
 def _others(scene: Scene, apart: Break, k: int) -> str:

@@ -50,8 +50,8 @@ class UnitedBones:
         clauses = []
         if elsewhere:
             which, them = self._called(k, elsewhere)
-            least_mm = min(part.shift_mm for part in elsewhere) / self.magnification
-            clauses.append(f"the X-rays show {which} {least_mm:.2g} mm or more from {there.format(them)}")
+            least = in_mm(min(part.shift_mm for part in elsewhere) / self.magnification)
+            clauses.append(f"the X-rays show {which} {least} or more from {there.format(them)}")
         if nowhere:
             which, them = self._called(k, nowhere)
             clauses.append(f"no X-ray shows {which} {there.format(them)}")
@@ -67,3 +67,8 @@ class UnitedBones:
             return "its largest part" if total == 1 else some, them
         names = self.label_names
         return listed([f'"{names[n]}"' if n in names else f"label {n}" for n in labels]), them
+
+
+def in_mm(length: float) -> str:
+    """A length with its unit: of small anatomy to two digits."""
+    return f"{length:.0f} mm" if length >= 10 else f"{length:.2g} mm"

@@ -1,4 +1,4 @@
-"""How wide the intervals of a pose are, in the three ways in which they are judged."""
+"""How wide the intervals of a pose are where its turns count, and where the images alone do."""
 
 from __future__ import annotations
 
@@ -20,16 +20,13 @@ class Widths:
 
     Attributes
     ----------
-    centroid_mm : float
-        Of the structure's centroid along its least certain direction, as it is stated.
     points_mm : float
-        Of its points, turns included, likewise.
+        Of the structure's points, turns included, along their least certain direction, as it is stated.
     across_mm : float
-        Of the centroid across the beams of the X-rays that show it, by the images alone.
+        Of its centroid across the beams of the X-rays that show it, by the images alone.
 
     """
 
-    centroid_mm: float
     points_mm: float
     across_mm: float
 
@@ -67,5 +64,5 @@ def widths_of(
         cameras = [camera for n, camera in enumerate(joint.cameras) if shows[n] or not shows.any()]
         across = by_images[k].across_mm(cameras, joint.poses[k], scene.centres[k])
         offsets = body_points(bodies[k], POINTS) - scene.centres[k]
-        widths[k] = Widths(uncertainty.widest_mm, uncertainty.of_points_mm(offsets), across)
+        widths[k] = Widths(uncertainty.of_points_mm(offsets), across)
     return widths

@@ -52,8 +52,8 @@ def evidence(**changes) -> Evidence:
         Visibility(arrays["outside"], arrays["hidden"], arrays["clipped"]),
         uncertainties,
         {
-            k: Widths(each.widest_mm, changes.get("points_mm", 1.0), changes.get("across_mm", {}).get(k, 1.0))
-            for k, each in uncertainties.items()
+            k: Widths(changes.get("points_mm", 1.0), changes.get("across_mm", {}).get(k, 1.0))
+            for k in uncertainties
         },
         changes.pop("distorted", [False, False]),
         **{name: value for name, value in changes.items() if name not in ("across_mm", "points_mm")},
