@@ -134,8 +134,9 @@ def run(arguments: argparse.Namespace) -> int:
         print("".join(f"\n{line}" for line in doubt_lines(track)), end="")
         print(f"\nTrack: {output}")
     if track.distrust:
-        reasons = "; ".join(reason.rstrip(".") for reason in track.distrust)
-        raise UntrustedResultError(f"The track was saved in {output} but must not be trusted: {reasons}.")
+        raise UntrustedResultError(
+            f"The track was saved in {output} but must not be trusted: {track.distrust_clauses}."
+        )
     return 0
 
 

@@ -156,8 +156,7 @@ class TrackRun(StudyRun):
 
 
 def _distrust_text(track: Track) -> str:
-    reasons = "; ".join(each.rstrip(".") for each in track.distrust)
-    return _("The track must not be trusted: {reasons}.").format(reasons=reasons)
+    return _("The track must not be trusted: {reasons}.").format(reasons=track.distrust_clauses)
 
 
 class Pace:

@@ -118,6 +118,11 @@ class Track:
     corrections: tuple[Corrected, ...] = ()
 
     @property
+    def distrust_clauses(self) -> str:
+        """As of a ``Result``."""
+        return "; ".join(reason.rstrip(".") for reason in self.distrust)
+
+    @property
     def poses(self) -> np.ndarray:
         """(F, K, 4, 4) the rig's world to the CT's LPS mm."""
         return np.stack([each.poses for each in self.frames])
