@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from PolyPoseLib.baselines.published.method import find_camera_by_anchor, fit_structures_by_gmncc
-from PolyPoseLib.data.options import Options
+from PolyPoseLib.data.options import USUAL_EPSILON, Options
 from PolyPoseLib.data.paper_options import PUBLISHED
 from PolyPoseLib.data.progress import CancelQuery, Monitor, ProgressCallback
 from PolyPoseLib.data.result import CameraResult, Result, StructureResult, installed_versions
@@ -253,7 +253,7 @@ def _soft_tissue(
         Scene(study.ct, study.structures, study.anchor),
         options.weight_frame or preset.weight_frame,
         options.weights or preset.weights,
-        0.1 if options.epsilon is None else options.epsilon / magnification**2,
+        (options.epsilon or USUAL_EPSILON) / magnification**2,
         preset.rotation_reach_mm if reach is None else reach * magnification,
         device,
     )

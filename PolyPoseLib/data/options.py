@@ -29,6 +29,9 @@ RANGES: dict[str, tuple[float, float]] = {
 }
 """Least and largest values of the options that are numbers; beyond them sizes and weights leave what computers hold."""
 
+USUAL_EPSILON = 0.1
+"""Of the weights "epsilon" where none is given, 1/mm^2 in the patient's millimetres."""
+
 _LONGEST_SHOWN = 40
 
 
@@ -52,7 +55,7 @@ class Options:
         Form of the weight field ("mass", "epsilon", "rigid"), and the frame in which distances are measured
         ("moving", "fixed").
     epsilon : float, optional
-        1/mm^2, of the weights "epsilon" only.
+        1/mm^2, of the weights "epsilon" only; None for 0.1.
     rotation_reach_mm : float, optional
         Distance from a bone at which tissue takes half of its rotation; a very large one lets bones rotate all tissue,
         as the preset "paper" does.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from PolyPoseLib.carrying.surfaces import surfaces_of
-from PolyPoseLib.data.options import Options
+from PolyPoseLib.data.options import USUAL_EPSILON, Options
 from PolyPoseLib.data.result import Result
 from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
@@ -178,7 +178,7 @@ def _weighting(study: Study | None) -> tuple[str, float]:
     """Form and epsilon of the weights; the defaults where no study says otherwise."""
     options = Options.from_dict({} if study is None else study.options)
     usual = "mass" if options.preset == "paper" else "rigid"
-    return options.weights or usual, options.epsilon or 0.1
+    return options.weights or usual, options.epsilon or USUAL_EPSILON
 
 
 def _carried(result: Result, path: Path) -> NamedPoints:

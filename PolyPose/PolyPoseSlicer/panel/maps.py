@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from slicer.i18n import tr as _
 
+from PolyPoseLib.data.options import USUAL_EPSILON
 from PolyPoseLib.errors import PolyPoseError
 
 from ..process.background import Background
@@ -112,7 +113,9 @@ class MapsPart:
         parameters, name = self._parameters, self._ui.weightStructure.itemText(index)
         options = json.loads(parameters.options or "{}")
         usual = "mass" if parameters.preset is Preset.PAPER else "rigid"
-        weighting = deformation.Weighting(options.get("weights") or usual, options.get("epsilon") or 0.1)
+        weighting = deformation.Weighting(
+            options.get("weights") or usual, options.get("epsilon") or USUAL_EPSILON
+        )
         try:
             work = deformation.structure_weight(
                 parameters.segmentation, structures_of(parameters), name, weighting

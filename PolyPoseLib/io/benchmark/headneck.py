@@ -42,6 +42,7 @@ WHERE = (
 )
 
 _KNOWN = r"HN_P\d{3}|(?:patient|subject|case)[-_]?\d{1,4}"
+_MOST_SCANS = 99
 _SEGMENT = (
     "segment every CT by TotalSegmentator (task total, --ml) and save the label maps as labels_1.nii.gz, "
     "labels_2.nii.gz, ... in the order of the CTs"
@@ -82,7 +83,7 @@ def _patients(root: Path) -> dict[str, Path]:
     found = {subject_name(each, _KNOWN): each for each in folders(root) if _may_be_patient(each)}
     if not found:
         raise InputError(
-            f"{root}: none of its folders holds a CT (ct_1.nii.gz, or folders of DICOM): give {WHERE}."
+            f"{root}: none of its folders holds a CT (ct_1.nii.gz, ..., or folders of DICOM): give {WHERE}."
         )
     return dict(sorted(found.items()))
 
@@ -91,7 +92,7 @@ def _may_be_patient(folder: Path) -> bool:
     """Whether a folder has CTs by their names, or folders and files in which DICOM may lie."""
     names = entries(folder)
     return (
-        image_named(folder, "ct_1") is not None
+        bool(_numbered(folder))
         or any(name.lower().endswith(".dcm") for name in names)
         or any(not name.startswith("labels_") and (folder / name).is_dir() for name in names)
     )
@@ -123,8 +124,19 @@ def _read(folder: Path, root: Path, subject: str) -> TwoScans:
         structures=bones,
         organs=organs_of(first_labels.names, (*ORGANS, *_drawn_organs(first_labels))),
         anchor=anchor,
-        warnings=(*odd, *first_labels.warnings, *(f"later scan: {each}" for each in odd_later)),
+        warnings=(
+            *_without_first(found[0]),
+            *odd,
+            *first_labels.warnings,
+            *(f"later scan: {each}" for each in odd_later),
+        ),
     )
+
+
+def _without_first(earliest: _Scan) -> tuple[str, ...]:
+    """What to say of a patient whose first CT was not copied."""
+    taken = f"there is no ct_1, so that ct_{earliest.number} is taken as the earliest CT: copy it if there is one."
+    return (taken,) if earliest.number > 1 else ()
 
 
 def _drawn_organs(labels: NamedLabels) -> tuple[str, ...]:
@@ -133,15 +145,19 @@ def _drawn_organs(labels: NamedLabels) -> tuple[str, ...]:
     return tuple(name for name in drawn if name in labels.names.values())
 
 
+def _numbered(folder: Path) -> list[_Scan]:
+    """CTs by their names; one may be missing, and the lowest number is the earliest, the highest the latest."""
+    return [
+        _Scan(ct, None, image_named(folder, f"labels_{number}"), number)
+        for number in range(1, _MOST_SCANS + 1)
+        if (ct := image_named(folder, f"ct_{number}")) is not None
+    ]
+
+
 def _scans(folder: Path, root: Path) -> list[_Scan]:
     """A patient's CTs, earliest first, with their labels; raises InputError."""
-    if image_named(folder, "ct_1") is not None:
-        # One between them may be missing, as it is not used: the highest number is the latest whatever there is below.
-        return [
-            _Scan(ct, None, image_named(folder, f"labels_{number}"), number)
-            for number in range(1, 100)
-            if (ct := image_named(folder, f"ct_{number}")) is not None
-        ]
+    if numbered := _numbered(folder):
+        return numbered
     return [
         _Scan(scan.folder, scan.uid, image_named(folder, f"labels_{number}") or scan.structure_set, number)
         for number, scan in enumerate(dicom_scans(folder, root), start=1)

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from result_case import make_result
 
+from PolyPoseLib.data.options import USUAL_EPSILON, Options
 from PolyPoseLib.data.result import StructureResult
-from PolyPoseLib.pipeline import register
+from PolyPoseLib.pipeline import _soft_tissue, register
 from PolyPoseLib.registration.magnification import LARGEST, at_true_size, magnification_of, magnified
+from PolyPoseLib.registration.presets import PRESETS
 from PolyPoseLib.simulation.case_study import case_to_study
 
 SMALL = 0.3
@@ -30,6 +32,15 @@ def test_anatomy_is_magnified_to_one_size(study, factor):
     assert magnification_of(magnified(small, needed)) == pytest.approx(1)
     assert magnification_of(magnified(small, needed / 1.2)) == pytest.approx(1.2)
     assert magnification_of(magnified(study, 1e-3)) == LARGEST
+
+
+def test_epsilon_is_in_the_patients_millimetres_stated_or_not(study):
+    small = magnified(study, 0.5)
+    usual, stated = (
+        _soft_tissue(small, Options(weights="epsilon", epsilon=epsilon), PRESETS["default"], 2.0, None)
+        for epsilon in (None, USUAL_EPSILON)
+    )
+    assert usual.epsilon == stated.epsilon == USUAL_EPSILON / 4
 
 
 @pytest.mark.parametrize("factor", [0.25, 3.0])

@@ -196,6 +196,13 @@ def test_the_highest_number_is_the_latest_ct_even_where_one_is_missing(tmp_path)
     assert case.study.ct.voxels.max() < 1000 < case.truth.ct.voxels.max()  # the marker is in the fourth alone
 
 
+def test_a_patient_without_the_first_ct_is_listed_and_says_so(tmp_path):
+    _one(tmp_path, scans=(2, 3))
+    assert headneck.subjects(tmp_path) == ["HN_P001"]
+    (case,) = headneck.cases(tmp_path, "HN_P001", ["1x0"])
+    assert any("no ct_1" in each and "ct_2" in each for each in case.study.warnings)
+
+
 def test_missing_labels_are_named_with_the_fix(tmp_path):
     folder, _, _ = _one(tmp_path)
     (folder / "labels_2.nii.gz").unlink()
