@@ -39,13 +39,13 @@ def main() -> int:
     arguments = parse_arguments()
     if arguments.pictures:
         for anatomy in arguments.anatomy:
-            path = arguments.output / f"{NAME}_{anatomy}.png"
+            path = arguments.output / f"{arguments.name}_{anatomy}.png"
             write_pictures(
                 anatomy, arguments.views, arguments.seeds[0], arguments.pixels, arguments.kinds, path
             )
             print(path)
         return 0
-    store = Store(arguments.output / f"{NAME}.json", FIELDS, write_degraded_tables)
+    store = Store(arguments.output / f"{arguments.name}.json", FIELDS, write_degraded_tables)
     for anatomy in arguments.anatomy:
         for seed in arguments.seeds:
             keys = [
@@ -70,6 +70,7 @@ def parse_arguments() -> argparse.Namespace:
     )
     parser.add_argument("--kinds", nargs="+", choices=tuple(DEGRADATIONS), default=list(DEGRADATIONS))
     parser.add_argument("--anatomy", nargs="+", choices=tuple(STRUCTURES), default=list(STRUCTURES))
+    parser.add_argument("--name", default=NAME, help="of the results' files")
     add_run_arguments(parser, (0, 1, 2), "2x60", 3600)
     parser.add_argument(
         "--pictures", action="store_true", help="write a sheet with every kind, and run nothing"
