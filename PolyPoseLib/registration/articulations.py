@@ -209,6 +209,16 @@ class ArticulationPrior:
                     matrix[rows, columns] += self._scale() * (a.T @ b)
         return self._scale() * float((residuals**2).sum())
 
+    def strain(self, poses: np.ndarray) -> float:
+        """How far joints are from where the CT has them, in squared standard deviations, for poses (K, 4, 4).
+
+        Unlike in the cost, rotations do not saturate: of two places that the X-rays do not tell apart the one at which
+        a joint turned by 50 degrees is less likely than one at 20.
+        """
+        gaps, turns = self._deviations(poses)
+        gaps = _saturated(gaps, self._limits)
+        return float((self._roots**2 * (gaps**2 + turns**2)).sum())
+
     def _scale(self) -> float:
         return self.weight / max(_joint_count(self.articulations), 1)
 
@@ -217,14 +227,18 @@ class ArticulationPrior:
 
         poses: (..., K, 4, 4).
         """
+        gaps, turns = self._deviations(poses)
+        both = [_saturated(gaps, self._limits), _saturated(turns, 1.0)]
+        return self._roots * np.concatenate(both, axis=-1)
+
+    def _deviations(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(..., J, 3) gaps (fixed frame) over slide, and rotations over TURN_DEG, of poses (..., K, 4, 4)."""
         bones = rigid_inverse(poses[..., self._pairs, :, :])
         first, second = bones[..., 0, :, :], bones[..., 1, :, :]
         apart = (first - second)[..., :3, :]
         gap = (apart[..., :3] @ self._points[..., None])[..., 0] + apart[..., 3]
         turn = rotation_vectors(first[..., :3, :3] @ np.swapaxes(second[..., :3, :3], -1, -2))
-        gap = _saturated(gap / self._slides, self._limits)
-        turn = _saturated(turn / np.radians(TURN_DEG), 1.0)
-        return self._roots * np.concatenate([gap, turn], axis=-1)
+        return gap / self._slides, turn / np.radians(TURN_DEG)
 
     def _derivative(self, joint: Articulation, k: int, poses: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """(6, 6) derivative of the joint's residual by the perturbation of pose k; residual: (6,) of weight 1."""
@@ -278,6 +292,10 @@ class OneBonePrior:
     def costs(self, poses: np.ndarray) -> np.ndarray:
         """(S,) for poses (S, 1, 4, 4)."""
         return self._prior.costs(self._all(poses))
+
+    def strain(self, pose: np.ndarray) -> float:
+        """As :meth:`ArticulationPrior.strain`, of the bone's own joints, for its pose (4, 4)."""
+        return self._prior.strain(self._all(pose[None]))
 
     def add_to(self, poses: np.ndarray, matrix: np.ndarray, gradient: np.ndarray) -> float:
         """As :meth:`ArticulationPrior.add_to`."""

@@ -26,7 +26,7 @@ def restart_inconsistent(
 ) -> np.ndarray:
     """Restart suspect bones, far from where they are: first those that hang together, then each by itself.
 
-    Each stays where it is unless the X-rays refute that.
+    Each stays where it is unless the X-rays refute that, or match it better where its joints moved less.
 
     Parameters
     ----------

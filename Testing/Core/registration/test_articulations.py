@@ -129,3 +129,13 @@ def test_prior_gradient(scene: Scene, seed: int) -> None:
     # The rotation's derivative is exact to first order of the joint's own angle.
     np.testing.assert_allclose(gradient, numeric, atol=0.03 * np.abs(numeric).max())
     assert (np.linalg.eigvalsh(matrix) > -1e-9).all()
+
+
+def test_strain_grows_with_every_degree_and_is_of_the_bones_own_joints(scene: Scene) -> None:
+    prior = ArticulationPrior(scene.articulations, scene.centres, [1, 2], 1.0)
+    strains = [prior.strain(turned_hip(scene, degrees)) for degrees in (0, 10, 20, 40, 80, 160)]
+    assert strains[0] == pytest.approx(0, abs=1e-12)
+    np.testing.assert_allclose(strains[3:], [4 * strains[2], 16 * strains[2], 64 * strains[2]], rtol=1e-6)
+    poses = turned_hip(scene, 50)
+    assert OneBonePrior(prior, 1, poses).strain(poses[1]) == pytest.approx(prior.strain(poses))
+    assert OneBonePrior(prior, 2, poses).strain(poses[2]) == pytest.approx(0, abs=1e-12)
