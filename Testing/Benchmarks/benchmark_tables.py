@@ -98,9 +98,14 @@ def calibration(rows: list[dict]) -> str:
     return "## Percent of true poses inside their 95 % interval (default mode)\n\n" + table(head, lines)
 
 
+_WORDS = {"date": "latest rows"}
+"""Of what ``machine`` holds: rows that were kept are older."""
+
+
 def measured_on(found: dict[str, str]) -> str:
-    """The section with the machine, the versions and the date."""
-    return "## Measured on\n\n" + "\n".join(f"- {name}: {value}" for name, value in found.items()) + "\n"
+    """The section with the machine, the versions and the date, which is that of the latest rows."""
+    lines = [f"- {_WORDS.get(name, name)}: {value}" for name, value in found.items()]
+    return "## Measured on\n\n" + "\n".join(lines) + "\n"
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
