@@ -97,7 +97,15 @@ def notes(table: Table, rows: Sequence[Row]) -> list[str]:
     ]
     if any(not line.is_whole and line.done for line in table.lines):
         sentences.append(
-            f"{DAGGER} Not finished on every case: the means are over fewer subjects than the others' and have no rank."
+            f"{DAGGER} Not finished on every case: the means are over the cases that it finished. Ranks and tests "
+            "compare two systems over the cases that both finished."
+        )
+    few = [
+        line.system for line in table.lines if any(line.system in each for each in table.unranked.values())
+    ]
+    if few:
+        sentences.append(
+            f"No rank where it has fewer than half of the cases: {', '.join(map(one_line, few))}."
         )
     pixels = sorted(
         {scores["held_out"]["minimum_pixels"] for scores in _scores(rows) if scores.get("held_out")}

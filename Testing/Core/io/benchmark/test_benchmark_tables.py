@@ -20,7 +20,7 @@ NASTY = r'=HYPERLINK("x") & 50% of $a_b^c$ {d} #1 ~ | \input{/etc/passwd} `e` *f
 def rows():
     rng = np.random.default_rng(0)
     made = []
-    for system, value in (("rest", 0.5), ("polypose", 0.9), ("dense-r3", 0.8), (NASTY, 0.85)):
+    for system, value in (("rest", 0.5), ("polypose", 0.9), ("dense-r3", 0.8), (NASTY, 0.75)):
         made += [
             row(system, f"s{n}", value + 0.02 * rng.random(), hd95=10 * (1 - value) + rng.random())
             for n in range(7)
@@ -261,4 +261,24 @@ def test_every_measure_of_the_table_is_explained_below_it(tmp_path):
     plain = {"CPU time", "peak memory"}  # they say what they are
     assert all(
         f"{measure}: " in notes or f"{measure.capitalize()}: " in notes for measure in measures - plain
+    )
+
+
+def test_what_a_dagger_means_and_the_rival_are_true_where_a_system_failed(tmp_path):
+    values = (("polypose", 0.9), ("a", 0.95), ("b", 0.7), ("c", 0.99))
+    rows = [row(system, f"s{n}", value + 0.001 * n) for system, value in values for n in range(7)]
+    rows[10] = row("a", "s3", status="failed", reason="it diverged")
+    rows[21:25] = [row("c", f"s{n}", status="failed", reason="it diverged") for n in range(4)]
+    write_tables(rows, tmp_path)
+    text = (tmp_path / "table-drawn-2x30.md").read_text(encoding="utf-8")
+    assert re.search(r"\| a† \| 6/7 \| \*\*0\.953\(0\.002\)\*\* \|", text)
+    assert re.search(r"\| polypose \| 7/7 \| \*0\.903\(0\.002\)\* \|", text)
+    assert re.search(r"\| c† \| 3/7 \| 0\.995\(0\.001\) \|", text)
+    assert "| bones: Dice | a | 6 | worse | 0.031 |" in text
+    assert "the means are over the cases that it finished" in text
+    assert "No rank where it has fewer than half of the cases: c." in text
+    assert "best mean among the others" not in text
+    latex = (tmp_path / "table-drawn-2x30.tex").read_text(encoding="utf-8")
+    assert (
+        "failed on 1 of 7: it diverged" in latex and "two systems over the cases that both finished" in latex
     )
