@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from PolyPoseLib.data.benchmark.job import UNREAD
 from PolyPoseLib.evaluation.benchmark.columns import Column, Row, columns_of
 from PolyPoseLib.evaluation.benchmark.table_rows import table_rows
 
@@ -81,6 +82,8 @@ class Line:
         {column: its numbers}; columns without any are absent.
     reasons
         {(status, reason): number of cases} of those that it did not finish.
+    unread
+        How many of the cases could not be read, so that no system could finish them.
 
     """
 
@@ -89,11 +92,12 @@ class Line:
     cases: int
     cells: Mapping[Key, Cell]
     reasons: Mapping[tuple[str, str], int]
+    unread: int = 0
 
     @property
     def is_whole(self) -> bool:
-        """Whether it finished every case."""
-        return self.done == self.cases
+        """Whether it finished every case that could be read."""
+        return self.done == self.cases - self.unread
 
 
 @dataclass(frozen=True)
@@ -134,8 +138,8 @@ class Table:
     ----------
     dataset, views
         Which.
-    subjects
-        Number of them.
+    subjects, unread
+        Number of them, and of those of which a case could not be read.
     columns, lines
         Of the table, lines in the order in which the systems appear.
     best, second
@@ -158,6 +162,7 @@ class Table:
     second: Mapping[Key, frozenset[str]] = field(default_factory=dict)
     unranked: Mapping[Key, frozenset[str]] = field(default_factory=dict)
     comparisons: Sequence[Comparison] = ()
+    unread: int = 0
 
 
 def tables_of(rows: Sequence[Row], ours: str = OURS) -> list[Table]:
@@ -181,10 +186,12 @@ def tables_of(rows: Sequence[Row], ours: str = OURS) -> list[Table]:
 
 def _table(dataset: str, views: str, rows: Sequence[Row], ours: str) -> Table:
     columns = columns_of(rows)
-    cases = len({(row["subject"], row["case"]) for row in rows})
+    cases = {_case(row) for row in rows}
+    unread = {_case(row) for row in rows if row.get("case_digest") == UNREAD}
     systems = dict.fromkeys(str(row["system"]) for row in rows)
     lines = [
-        _line(system, [row for row in rows if row["system"] == system], columns, cases) for system in systems
+        _line(system, [row for row in rows if row["system"] == system], columns, len(cases), len(unread))
+        for system in systems
     ]
     own = [line for line in lines if line.system not in VARIANTS]
     ranks = {column.key: _ranked(column, own) for column in columns}
@@ -194,14 +201,19 @@ def _table(dataset: str, views: str, rows: Sequence[Row], ours: str) -> Table:
         {key: second for key, (_, second) in ranks.items()},
         {column.key: _unranked(column, own) for column in columns},
         _comparisons(columns, lines, ours),
+        len({subject for subject, _ in unread}),
     )  # fmt: skip
 
 
-def _line(system: str, rows: Sequence[Row], columns: Sequence[Column], cases: int) -> Line:
+def _case(row: Row) -> tuple[str, str]:
+    return str(row["subject"]), str(row["case"])
+
+
+def _line(system: str, rows: Sequence[Row], columns: Sequence[Column], cases: int, unread: int) -> Line:
     done = [row for row in rows if row["status"] == "done"]
     cells = {}
     for column in columns:
-        numbers = {(str(row["subject"]), str(row["case"])): column.value(row) for row in done}
+        numbers = {_case(row): column.value(row) for row in done}
         if known := {case: value for case, value in numbers.items() if value is not None}:
             cells[column.key] = Cell(known)
     reasons = Counter(
@@ -209,11 +221,11 @@ def _line(system: str, rows: Sequence[Row], columns: Sequence[Column], cases: in
         for row in rows
         if row["status"] != "done"
     )
-    absent = cases - len({(row["subject"], row["case"]) for row in rows})
+    absent = cases - len({_case(row) for row in rows})
     if absent:
         reasons["skipped", "it was not run on these"] = absent
-    finished = {(row["subject"], row["case"]) for row in done}
-    return Line(system, len(finished), cases, cells, dict(reasons))
+    finished = {_case(row) for row in done}
+    return Line(system, len(finished), cases, cells, dict(reasons), unread)
 
 
 def _known(column: Column, lines: Sequence[Line]) -> dict[str, Cell]:

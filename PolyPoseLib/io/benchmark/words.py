@@ -95,6 +95,11 @@ def notes(table: Table, rows: Sequence[Row]) -> list[str]:
         for line in table.lines
         if line.system in VARIANTS
     ]
+    if table.unread:
+        sentences.append(
+            f"{table.unread} of {counted(table.subjects, 'subject')} could not be read: no system has scores there, "
+            "and no rank depends on it."
+        )
     if any(not line.is_whole and line.done for line in table.lines):
         sentences.append(
             f"{DAGGER} Not finished on every case: the means are over the cases that it finished. Ranks and tests "

@@ -231,6 +231,24 @@ def test_the_best_rival_is_chosen_by_the_cases_that_each_shares_with_polypose():
     assert (dice.rival, dice.pairs, dice.better) == ("b", 7, True)
 
 
+@pytest.mark.parametrize("unread", [True, False])
+def test_a_case_that_no_system_finished_takes_no_rank_from_any(unread):
+    """Data that could not be read are no failure of a system; a case on which all failed is one."""
+    rows = with_failures({"polypose": 0.9, "a": 0.8, "rest": 0.5}, {})
+    expected = tables_of(rows)[0]
+    digest = {"case_digest": "unread"} if unread else {}
+    rows += [row(system, "s7", status="failed", **digest) for system in ("polypose", "a")]
+    rows += [row("rest", "s7", 0.5)] if not unread else [row("rest", "s7", status="failed", **digest)]
+    (table,) = tables_of(rows)
+    assert (table.best, table.second) == (expected.best, expected.second) and table.best[DICE] == {"polypose"}
+    assert [(each.rival, each.pairs, each.p_holm) for each in table.comparisons] == [
+        (each.rival, each.pairs, each.p_holm) for each in expected.comparisons
+    ]
+    assert (table.subjects, table.unread) == (8, int(unread))
+    assert [line.is_whole for line in table.lines[:2]] == [unread, unread]
+    assert [(line.done, line.cases) for line in table.lines[:2]] == [(7, 8), (7, 8)]
+
+
 def test_systems_that_beat_each_other_in_a_circle_have_no_rank():
     values = {"a": (0.9, 0.1, None), "b": (None, 0.9, 0.1), "c": (0.1, None, 0.9)}
     rows = [

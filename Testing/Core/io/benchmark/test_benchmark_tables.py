@@ -282,3 +282,14 @@ def test_what_a_dagger_means_and_the_rival_are_true_where_a_system_failed(tmp_pa
     assert (
         "failed on 1 of 7: it diverged" in latex and "two systems over the cases that both finished" in latex
     )
+
+
+def test_subjects_that_could_not_be_read_are_counted_below_the_table(tmp_path):
+    rows = [row(s, f"s{n}", v + 0.001 * n) for s, v in (("polypose", 0.9), ("a", 0.8)) for n in range(6)]
+    told = {"status": "failed", "reason": "The case could not be read: x", "case_digest": "unread"}
+    rows += [row(system, "s6", **told) for system in ("polypose", "a")]
+    write_tables(rows, tmp_path)
+    text = (tmp_path / "table-drawn-2x30.md").read_text(encoding="utf-8")
+    assert re.search(r"\| polypose \| 6/7 \| \*\*0\.90\d\(0\.002\)\*\* \|", text)
+    assert "| bones: Dice | a | 6 | better | 0.031 |" in text
+    assert "1 of 7 subjects could not be read" in text and "\u2020" not in text
