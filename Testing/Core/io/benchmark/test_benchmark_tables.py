@@ -37,7 +37,7 @@ def read(path):
 
 def test_every_number_of_every_row_is_in_the_long_table(rows, tmp_path):
     rows[0]["scores"]["held_out"] = {
-        "minimum_pixels": 500,
+        "minimum_mm2": 1203.0,
         "views": {"10 degrees": {"femur": {"dice": 0.75, "hd95_px": 3.5, "lost": True}}},
         "groups": {"bones": {"dice": 0.75}},
     }
@@ -57,7 +57,7 @@ def test_every_number_of_every_row_is_in_the_long_table(rows, tmp_path):
     assert find(**first, part="held_out views", view="10 degrees", name="femur", measure="hd95_px") == "3.5"
     assert find(**first, part="held_out views", view="10 degrees", name="femur", measure="lost") == "1"
     assert find(**first, part="held_out groups", name="bones", measure="dice") == "0.75"
-    assert find(**first, part="held_out", measure="minimum_pixels") == "500"
+    assert find(**first, part="held_out", measure="minimum_mm2") == "1203"
     dice = rows[0]["scores"]["structures"]["femur"]["dice"]
     assert float(find(**first, part="structures", name="femur", measure="dice")) == pytest.approx(
         dice, abs=1e-6
@@ -201,11 +201,14 @@ def test_too_few_subjects_are_said_so(tmp_path):
 def test_lost_and_cut_off_structures_are_named(rows, tmp_path):
     rows[7]["scores"]["structures"]["femur"]["lost"] = True
     rows[7]["scores"]["structures"]["femur"]["cut_off"] = True
-    rows[7]["scores"]["held_out"] = {"minimum_pixels": 321, "groups": {"bones": {"dice": 0.0}}}
+    held_out = {"minimum_mm2": 321.5, "groups": {"bones": {"dice": 0.0}}, "left_out": ["C4", "C3"]}
+    rows[7]["scores"]["held_out"] = held_out
+    rows[8]["scores"]["held_out"] = {**held_out, "structures": {"C4": {"dice": 1.0}}}
     write_tables(rows, tmp_path)
     for ending in ("md", "tex"):
         text = (tmp_path / f"table-drawn-2x30.{ending}").read_text(encoding="utf-8")
-        assert "polypose 1" in text and "321 pixels" in text and "parts: femur" in text
+        assert "polypose 1" in text and "321.5 mm² at the detector" in text and "parts: femur" in text
+        assert "never scored there: C3." in text
 
 
 def test_real_frames_of_different_numbers_share_a_table(tmp_path):
