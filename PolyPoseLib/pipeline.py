@@ -43,7 +43,14 @@ from PolyPoseLib.registration.magnification import (
     magnified,
 )
 from PolyPoseLib.registration.memory import needed_memory
-from PolyPoseLib.registration.outputs import TRANSFORM_MM, Warped, render_views, warp_study
+from PolyPoseLib.registration.outputs import (
+    TRANSFORM_MM,
+    Warped,
+    labels_of,
+    render_views,
+    warp_study,
+    warped_source,
+)
 from PolyPoseLib.registration.presets import PRESETS, Preset
 from PolyPoseLib.registration.run import Preview, Run
 from PolyPoseLib.registration.scene import Scene
@@ -300,6 +307,7 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted) -> Result
         inverse_transform=warped.inverse,
         soft_tissue_deviation_mm=run.soft_tissue.deviation_mm,
         structure_labels=Volume(study.structures.labels, study.ct.affine),
+        segmentation_labels=labels_of(warped_source(study)),
         renderings_before=renderings[0],
         renderings_after=renderings[1],
         xray_images=[xray.image for xray in fitted.cameras.xrays],

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from PolyPoseLib.data.benchmark.system import Motion, SystemSetting
+from PolyPoseLib.data.benchmark.system import Motion, SystemSetting, Weighting
 from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.data.options import USUAL_EPSILON, Options
 from PolyPoseLib.data.progress import Progress
 from PolyPoseLib.data.result import Result
 from PolyPoseLib.data.study import Study
@@ -50,7 +51,7 @@ class PolyPose:
 
     def fit(self, study: Study, setting: SystemSetting) -> Motion:
         """Register as the command does, without the intervals, which no other system computes."""
-        return self._motion(self._registered(study, setting))
+        return self._motion(study, self._registered(study, setting))
 
     def _registered(self, study: Study, setting: SystemSetting) -> Result:
         from PolyPoseLib.pipeline import register
@@ -68,11 +69,23 @@ class PolyPose:
 
         return register(asked, progress=tell, cancel=setting.cancelled)
 
-    def _motion(self, result: Result, *notes: str) -> Motion:
+    def _motion(self, study: Study, result: Result, *notes: str) -> Motion:
         doubts = [f"Not to be trusted: {result.distrust_clauses}."] if result.distrust else []
         versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
         poses = {name: each.fixed_to_moving for name, each in result.structures.items()}
-        return Motion(result.transform, poses, (versions, *notes, *doubts))
+        return Motion(result.transform, poses, (versions, *notes, *doubts), self.weighting(study))
+
+    def weighting(self, study: Study) -> Weighting:
+        """How the fit of a study weights its structures' motions."""
+        from PolyPoseLib.registration.presets import PRESETS
+
+        options = Options.from_dict({**study.options, **self.options})
+        preset = PRESETS[options.preset]
+        return Weighting(
+            options.weights or preset.weights,
+            options.weight_frame or preset.weight_frame,
+            options.epsilon or USUAL_EPSILON,
+        )
 
 
 class Paper(PolyPose):
@@ -101,6 +114,7 @@ class PolyPoseFound(PolyPose):
         errors = [_error(study.xrays[number], result.cameras[number].camera, centre) for number in known]
         degrees, millimetres = np.max(errors, axis=0)
         return self._motion(
+            study,
             result,
             f"Cameras started {ROTATION_DEG:g} degrees and {TRANSLATION_MM:g} mm off and ended within {degrees:.2f} "
             f"degrees and {millimetres:.2f} mm of the true ones, about the anchor's centre.",

@@ -15,9 +15,6 @@ from PolyPoseLib.errors import cut, one_line
 from PolyPoseLib.io.benchmark.benchmark_folder import FIELDS, LOGS, PICTURES, ROWS
 from PolyPoseLib.io.benchmark.row_files import Row
 
-UNREAD = "unread"
-"""In place of the digest of a case that could not be read."""
-
 _LONGEST_REASON = 1000
 
 

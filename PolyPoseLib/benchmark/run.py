@@ -19,11 +19,11 @@ from PolyPoseLib import __version__
 from PolyPoseLib.benchmark.digests import file_digest, run_digest, system_digest
 from PolyPoseLib.benchmark.earlier_files import finished_row, forget_unread
 from PolyPoseLib.benchmark.processes import InterruptedRun, know_cases, run_system, unread_row
-from PolyPoseLib.benchmark.rows import UNREAD, unread_name
+from PolyPoseLib.benchmark.rows import unread_name
 from PolyPoseLib.benchmark.systems import NamedSystem
 from PolyPoseLib.benchmark.weights_given import PER_SUBJECT, given_weights
 from PolyPoseLib.cohort.child import end_children
-from PolyPoseLib.data.benchmark.job import DONE, CaseSource, KnownCase, RunJob, RunSettings
+from PolyPoseLib.data.benchmark.job import DONE, UNREAD, CaseSource, KnownCase, RunJob, RunSettings
 from PolyPoseLib.data.benchmark.progress import RUNNING, BenchmarkProgress
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark.benchmark_folder import data_stamp

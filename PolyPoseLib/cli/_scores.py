@@ -64,4 +64,12 @@ def overlap_table(scores: dict[str, Any]) -> str:
     ]
     header = ("label", "Dice", "HD95 mm", "centroid error mm")
     summary = scores["summary"]
-    return "\n".join([table(header, rows), "", f"mean Dice {summary['mean_dice']:.3f}", warp_line(summary)])
+    cut_off = [name for name, each in scores["labels"].items() if each["cut_off"]]
+    notes = []
+    if cut_off:
+        notes.append(f"cut off by an end of a scan, and scored up to it: {', '.join(cut_off)}")
+    if scores["not_in_ct"]:
+        notes.append(f"not in the CT's label map, and not scored: {', '.join(scores['not_in_ct'])}")
+    return "\n".join(
+        [table(header, rows), *notes, "", f"mean Dice {summary['mean_dice']:.3f}", warp_line(summary)]
+    )

@@ -163,6 +163,9 @@ class Result:
     soft_tissue_deviation_mm : (3,) array or None
         How far the X-rays let soft tissue far from bones move beside them, as standard deviations along LPS x, y, z;
         None where that was not asked.
+    segmentation_labels : tuple of int or None
+        The numbers of the study's label map, 0 left out: those that ``warped_labels`` lacks were carried out of it.
+        None in results of earlier versions.
 
     """
 
@@ -185,6 +188,7 @@ class Result:
     structure_labels: Volume | None = None
     inverse_transform: DisplacementField | None = None
     soft_tissue_deviation_mm: np.ndarray | None = None
+    segmentation_labels: tuple[int, ...] | None = None
     _carrier: PointCarrier | None = field(default=None, init=False, repr=False, compare=False)
 
     @property

@@ -67,7 +67,7 @@ class Segmentation:
             raise InputError(f"{self.source}: the segmentation has no layer: export it again.")
         layers = tuple(whole_numbers(each, self.source) for each in self.layers)
         object.__setattr__(self, "layers", layers)
-        object.__setattr__(self, "_present", tuple(_labels_present(each.voxels) for each in layers))
+        object.__setattr__(self, "_present", tuple(labels_present(each.voxels) for each in layers))
         for segment in self.segments:
             if not 0 <= segment.layer < len(self.layers):
                 raise InputError(
@@ -214,7 +214,7 @@ def checked_source(segmentation: Volume | None, ct: Volume) -> Volume | None:
     return whole_numbers(segmentation, "The source segmentation")
 
 
-def _labels_present(voxels: np.ndarray) -> np.ndarray:
+def labels_present(voxels: np.ndarray) -> np.ndarray:
     """The values that occur, without 0, ascending; one slice at a time to save memory."""
     seen = np.zeros(int(voxels.max()) + 1, dtype=bool)
     for section in voxels:

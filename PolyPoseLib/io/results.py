@@ -26,6 +26,7 @@ from PolyPoseLib.io.json_records import (
     plain,
     real,
     string,
+    whole_number,
 )
 from PolyPoseLib.io.report_files import write_report
 from PolyPoseLib.io.result_readme import README, README_TEXT
@@ -152,6 +153,7 @@ def result_fields(result: Result) -> dict[str, Any]:
             },
             "cameras": [camera_fields(each) for each in result.cameras],
             "soft_tissue_deviation_mm": result.soft_tissue_deviation_mm,
+            "segmentation_labels": result.segmentation_labels,
             "similarity": result.history,
             "seconds": result.seconds,
             "device": result.device,
@@ -196,6 +198,7 @@ def load_result(folder: str | Path) -> Result:
         distrust = record.required("distrust", list_of(string)) if "distrust" in fields else []
         anchor = record.optional("anchor", string) or ""
         soft_tissue = record.optional("soft_tissue_deviation_mm", array(3))
+        labels = record.optional("segmentation_labels", list_of(whole_number(1)))
         if record.optional("trusted", boolean) not in (None, not distrust):
             raise InputError('"trusted" and "distrust" contradict each other.')
         if anchor and anchor not in structures:
@@ -213,6 +216,7 @@ def load_result(folder: str | Path) -> Result:
         distrust=tuple(distrust),
         anchor=anchor,
         soft_tissue_deviation_mm=soft_tissue,
+        segmentation_labels=None if labels is None else tuple(labels),
         warped_ct=read_volume(folder / "warped_ct.nii.gz"),
         warped_labels=read_volume(folder / "warped_labels.nii.gz"),
         transform=read_transform(folder / "transform.h5"),

@@ -107,13 +107,24 @@ def warp_study(
     is_exact = without_folds is as_posed and soft.coefficients is None
     warp: AnyWarp = exact if small and not aligned and is_exact else transform
     inverse = invert_field(transform, device=resampling).field
-    labels = study.source_segmentation or bones
+    labels = warped_source(study)
     if composed:
         ct = compose_warped_ct(study.ct, study.structures, poses, warp, device=resampling)
         carried = compose_warped_labels(labels, study.structures, poses, warp, device=resampling)
         return Warped(transform, ct, carried, inverse)
     ct, carried = warp_volume(study.ct, warp, device=resampling), warp_labels(labels, warp, device=resampling)
     return Warped(transform, ct, carried, inverse)
+
+
+def warped_source(study: Study) -> Volume:
+    """The label map that is warped: the study's own, or its structures."""
+    return study.source_segmentation or Volume(study.structures.labels, study.ct.affine)
+
+
+def labels_of(source: Volume) -> tuple[int, ...]:
+    """The numbers above 0 of a label map, ascending; one slice at a time to save memory."""
+    seen = set().union(*(np.unique(section).tolist() for section in source.voxels))
+    return tuple(sorted(number for number in seen if number > 0))
 
 
 def _resampling_device(device: torch.device | None) -> torch.device | None:

@@ -44,6 +44,10 @@ def test_the_anchor_defines_the_cameras(simulated, result: Result) -> None:
         assert np.abs(found.extrinsic - true.extrinsic)[:3, :3].max() < 0.02
 
 
+def test_the_label_maps_numbers_are_told(simulated, result: Result) -> None:
+    assert result.segmentation_labels == tuple(range(1, len(simulated.structures.names) + 1))
+
+
 def test_progress_goes_forward_and_previews_come(reports, result: Result) -> None:
     assert all(0 <= each.iteration <= each.of for each in reports)
     assert all(a.seconds <= b.seconds for a, b in itertools.pairwise(reports))

@@ -10,6 +10,9 @@ DATASETS = ("deepfluoro", "headneck", "thoraxcbct", "simulated")
 DONE, FAILED, SKIPPED = STATUSES = ("done", "failed", "skipped")
 """Of a row: with scores, without by its own fault, without because it cannot run here."""
 
+UNREAD = "unread"
+"""In place of the digest of a case that could not be read."""
+
 
 @dataclass(frozen=True)
 class CaseSource:

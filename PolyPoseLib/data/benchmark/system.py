@@ -6,11 +6,12 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 
 from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.data.options import USUAL_EPSILON
 from PolyPoseLib.data.study import Study
 
 
@@ -43,6 +44,26 @@ class SystemSetting:
     cancelled: Callable[[], bool] = lambda: False
 
 
+@dataclass(frozen=True)
+class Weighting:
+    """How the motions of structures make the field between them.
+
+    Attributes
+    ----------
+    form
+        Of a structure's weight by its distance, of :func:`PolyPoseLib.warp.weights.weights`.
+    frame
+        Where distances are measured: "fixed", at the point itself, or "moving", where the structure's pose takes it.
+    epsilon
+        1/mm^2, of the form "epsilon" only.
+
+    """
+
+    form: Literal["mass", "epsilon", "rigid"]
+    frame: Literal["moving", "fixed"]
+    epsilon: float = USUAL_EPSILON
+
+
 @dataclass(frozen=True, eq=False)
 class Motion:
     """What a system found.
@@ -55,12 +76,15 @@ class Motion:
         {structure: (4, 4)} fixed to moving, LPS mm; empty where the system knows no rigid bodies.
     notes
         One line each: versions of the packages that ran, what was left out.
+    weighting
+        How the poses make the field; None where they do not, as of one body for the whole patient.
 
     """
 
     field: DisplacementField
     poses: Mapping[str, np.ndarray] = dataclasses.field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    weighting: Weighting | None = None
 
 
 class System(Protocol):

@@ -16,8 +16,12 @@ from PolyPoseLib.evaluation.benchmark.label_masks import LabelMasks
 from PolyPoseLib.evaluation.benchmark.silhouettes import silhouette
 from PolyPoseLib.geometry.grid import bounding_box
 
-MINIMUM_PIXELS = 500
-"""Structures with a smaller silhouette in the truth are left out of a view, as in the paper."""
+MINIMUM_MM2 = 1203.0
+"""At the detector: structures with a smaller silhouette in the truth are left out of a view.
+
+The paper leaves out fewer than 500 of DeepFluoro's pixels, which are 1.552 mm wide: 500 of them are above this, 499
+below. Larger pixels show the same bone with fewer of them.
+"""
 
 FARTHEST_MM = 150.0
 """Structures that a motion carries farther out of the CT are cut off there."""
@@ -43,9 +47,7 @@ def room_for(labels: Volume, field: DisplacementField) -> Volume:
     return Volume(np.zeros(tuple(np.maximum(size, 1)[::-1]), labels.voxels.dtype), affine)
 
 
-def score_views(
-    case: BenchmarkCase, warped: LabelMasks, minimum_pixels: int = MINIMUM_PIXELS
-) -> dict[str, Any]:
+def score_views(case: BenchmarkCase, warped: LabelMasks, minimum_mm2: float = MINIMUM_MM2) -> dict[str, Any]:
     """Score warped labels on a case's held-out views.
 
     Parameters
@@ -54,16 +56,16 @@ def score_views(
         With held-out views in its truth.
     warped : LabelMasks
         In the fixed frame, numbered as the case's labels.
-    minimum_pixels : int
-        Of a structure's true silhouette in a view; smaller ones are left out there.
+    minimum_mm2 : float
+        At the detector, of a structure's true silhouette in a view; smaller ones are left out there.
 
     Returns
     -------
     dict
-        "minimum_pixels"; "views" {view: {structure: {"dice", "hd95_px", "hd95_mm", "pixels": of the true silhouette,
+        "minimum_mm2"; "views" {view: {structure: {"dice", "hd95_px", "hd95_mm", "pixels": of the true silhouette,
         "lost": whether the warped structure is nowhere in the view}}}; "structures" {structure: the means over its
-        views and "views": their number}. See :func:`hausdorff95_2d` for the distances; a lost structure has the
-        view's diagonal.
+        views and "views": their number}; "left_out" structures that have masks and are large enough in none of the
+        views. See :func:`hausdorff95_2d` for the distances; a lost structure has the view's diagonal.
 
     Raises
     ------
@@ -72,18 +74,22 @@ def score_views(
 
     """
     cut = {name: warped.mask(numbers, warped.box(numbers)) for name, numbers in case.labels.items()}
-    views = {view.name: _score_view(case, view, cut, minimum_pixels) for view in case.truth.held_out}
+    views = {view.name: _score_view(case, view, cut, minimum_mm2) for view in case.truth.held_out}
+    means = _over_views(case.labels, list(views.values()))
+    shown = {name for view in case.truth.held_out for name in view.masks}
     return {
-        "minimum_pixels": minimum_pixels,
+        "minimum_mm2": minimum_mm2,
         "views": views,
-        "structures": _over_views(case.labels, list(views.values())),
+        "structures": means,
+        "left_out": [name for name in case.labels if name in shown and name not in means],
     }
 
 
 def _score_view(
-    case: BenchmarkCase, view: HeldOutView, cut: Mapping[str, Volume | None], minimum_pixels: int
+    case: BenchmarkCase, view: HeldOutView, cut: Mapping[str, Volume | None], minimum_mm2: float
 ) -> dict[str, dict[str, Any]]:
     scores = {}
+    spacing = np.array(view.pixel_spacing_mm)
     for name, true in view.masks.items():
         true = np.asarray(true, dtype=bool)
         if true.shape != (view.camera.height, view.camera.width):
@@ -96,13 +102,12 @@ def _score_view(
                 f'{case.name}: the held-out view "{view.name}" has a mask of "{name}", which has no labels.'
             )
         pixels = int(np.count_nonzero(true))
-        if pixels < max(minimum_pixels, 1):
+        if pixels == 0 or pixels * spacing.prod() < minimum_mm2:
             continue
         mask = cut[name]
         found = np.zeros_like(true) if mask is None else silhouette(mask, view.camera)
         lost = not found.any()
         if lost:
-            spacing = np.array(view.pixel_spacing_mm)
             apart = float(np.hypot(*true.shape)), float(np.hypot(*(spacing * true.shape)))
         else:
             apart = hausdorff95_2d(true, found), hausdorff95_2d(true, found, view.pixel_spacing_mm)

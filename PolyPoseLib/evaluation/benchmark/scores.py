@@ -13,7 +13,7 @@ from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.evaluation import metrics
-from PolyPoseLib.evaluation.benchmark.held_out import MINIMUM_PIXELS, room_for, score_views
+from PolyPoseLib.evaluation.benchmark.held_out import MINIMUM_MM2, room_for, score_views
 from PolyPoseLib.evaluation.benchmark.label_masks import LabelMasks, joint_box
 from PolyPoseLib.evaluation.benchmark.smoothness import smoothness
 from PolyPoseLib.geometry.rigid import rigid_inverse
@@ -25,7 +25,7 @@ _MEANS = ("dice", "hd95_mm", "tre_mean_mm", "pose_tre_mean_mm", "rest_tre_mean_m
 _MEANS_2D = ("dice", "hd95_px", "hd95_mm")
 
 
-def score_case(case: BenchmarkCase, motion: Motion, minimum_pixels: int = MINIMUM_PIXELS) -> dict[str, Any]:
+def score_case(case: BenchmarkCase, motion: Motion, minimum_mm2: float = MINIMUM_MM2) -> dict[str, Any]:
     """Score a motion against a case's truth.
 
     The source segmentation is pulled through the motion, ``warped(x) = labels(x + u(x))``, by the nearest voxel: so
@@ -37,8 +37,8 @@ def score_case(case: BenchmarkCase, motion: Motion, minimum_pixels: int = MINIMU
         Whose truth has labels, held-out views, poses or a field.
     motion : Motion
         From fixed to moving points.
-    minimum_pixels : int
-        Structures with a smaller silhouette in a held-out view's truth are left out there; the paper has 500.
+    minimum_mm2 : float
+        At the detector: structures with a smaller silhouette in a held-out view's truth are left out there.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def score_case(case: BenchmarkCase, motion: Motion, minimum_pixels: int = MINIMU
     if truth.held_out:
         # Without true labels there is no grid to stay on: whatever moves out of the CT must still be seen.
         warped = warped or warped_masks(source, motion.field, room_for(source, motion.field))
-        scores["held_out"] = score_views(case, warped, minimum_pixels)
+        scores["held_out"] = score_views(case, warped, minimum_mm2)
         scores["held_out"]["groups"] = _groups(case, scores["held_out"]["structures"], _MEANS_2D)
     return scores | smoothness(motion.field, case.study.ct)
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from PolyPoseLib.data.benchmark.job import UNREAD
 from PolyPoseLib.evaluation.benchmark.columns import Column, Row, columns_of
 from PolyPoseLib.evaluation.benchmark.table_rows import table_rows
 
@@ -81,6 +82,8 @@ class Line:
         {column: its numbers}; columns without any are absent.
     reasons
         {(status, reason): number of cases} of those that it did not finish.
+    unread
+        How many of the cases could not be read, so that no system could finish them.
 
     """
 
@@ -89,11 +92,12 @@ class Line:
     cases: int
     cells: Mapping[Key, Cell]
     reasons: Mapping[tuple[str, str], int]
+    unread: int = 0
 
     @property
     def is_whole(self) -> bool:
-        """Whether it finished every case, so that its means are over the same subjects as the others'."""
-        return self.done == self.cases
+        """Whether it finished every case that could be read."""
+        return self.done == self.cases - self.unread
 
 
 @dataclass(frozen=True)
@@ -105,7 +109,8 @@ class Comparison:
     column
         In which.
     rival
-        The system with the best mean among those that finished every case.
+        The system that is farthest ahead of it, or least behind, in the mean over the cases that both have; none of
+        those in :attr:`Table.unranked`.
     pairs, differing
         Subjects that both have, each by the cases that both have, and those of them in which they differ.
     better
@@ -133,12 +138,16 @@ class Table:
     ----------
     dataset, views
         Which.
-    subjects
-        Number of them.
+    subjects, unread
+        Number of them, and of those of which a case could not be read.
     columns, lines
         Of the table, lines in the order in which the systems appear.
     best, second
-        {column: systems whose printed mean is the best or the second best}; ties share a rank.
+        {column: systems that have a rank}. Best is what no other beats, second best what none but the best beat: two
+        systems are compared by their means over the cases that both have, as they are printed, so that nobody gains by
+        a case that it failed on, nor a rival loses by one. Ties share a rank.
+    unranked
+        {column: systems that have too few of the cases for a rank}: fewer than half of those that any has.
     comparisons
         Of one system against its best rivals.
 
@@ -151,7 +160,9 @@ class Table:
     lines: Sequence[Line]
     best: Mapping[Key, frozenset[str]] = field(default_factory=dict)
     second: Mapping[Key, frozenset[str]] = field(default_factory=dict)
+    unranked: Mapping[Key, frozenset[str]] = field(default_factory=dict)
     comparisons: Sequence[Comparison] = ()
+    unread: int = 0
 
 
 def tables_of(rows: Sequence[Row], ours: str = OURS) -> list[Table]:
@@ -175,25 +186,34 @@ def tables_of(rows: Sequence[Row], ours: str = OURS) -> list[Table]:
 
 def _table(dataset: str, views: str, rows: Sequence[Row], ours: str) -> Table:
     columns = columns_of(rows)
-    cases = len({(row["subject"], row["case"]) for row in rows})
+    cases = {_case(row) for row in rows}
+    unread = {_case(row) for row in rows if row.get("case_digest") == UNREAD}
     systems = dict.fromkeys(str(row["system"]) for row in rows)
     lines = [
-        _line(system, [row for row in rows if row["system"] == system], columns, cases) for system in systems
+        _line(system, [row for row in rows if row["system"] == system], columns, len(cases), len(unread))
+        for system in systems
     ]
-    ranks = {column.key: _ranked(column, lines) for column in columns}
+    own = [line for line in lines if line.system not in VARIANTS]
+    ranks = {column.key: _ranked(column, own) for column in columns}
     return Table(
         dataset, views, len({row["subject"] for row in rows}), columns, lines,
         {key: best for key, (best, _) in ranks.items()},
         {key: second for key, (_, second) in ranks.items()},
+        {column.key: _unranked(column, own) for column in columns},
         _comparisons(columns, lines, ours),
+        len({subject for subject, _ in unread}),
     )  # fmt: skip
 
 
-def _line(system: str, rows: Sequence[Row], columns: Sequence[Column], cases: int) -> Line:
+def _case(row: Row) -> tuple[str, str]:
+    return str(row["subject"]), str(row["case"])
+
+
+def _line(system: str, rows: Sequence[Row], columns: Sequence[Column], cases: int, unread: int) -> Line:
     done = [row for row in rows if row["status"] == "done"]
     cells = {}
     for column in columns:
-        numbers = {(str(row["subject"]), str(row["case"])): column.value(row) for row in done}
+        numbers = {_case(row): column.value(row) for row in done}
         if known := {case: value for case, value in numbers.items() if value is not None}:
             cells[column.key] = Cell(known)
     reasons = Counter(
@@ -201,33 +221,59 @@ def _line(system: str, rows: Sequence[Row], columns: Sequence[Column], cases: in
         for row in rows
         if row["status"] != "done"
     )
-    absent = cases - len({(row["subject"], row["case"]) for row in rows})
+    absent = cases - len({_case(row) for row in rows})
     if absent:
         reasons["skipped", "it was not run on these"] = absent
-    finished = {(row["subject"], row["case"]) for row in done}
-    return Line(system, len(finished), cases, cells, dict(reasons))
+    finished = {_case(row) for row in done}
+    return Line(system, len(finished), cases, cells, dict(reasons), unread)
 
 
-def _comparable(column: Column, lines: Sequence[Line]) -> list[Line]:
-    """The lines whose mean in a column is over all the cases that any of them has a number of."""
-    known = [line for line in lines if column.key in line.cells and line.system != REFERENCE]
-    cases = {case for line in known for case in line.cells[column.key].cases}
-    return [line for line in known if line.is_whole and line.cells[column.key].cases.keys() == cases]
+def _known(column: Column, lines: Sequence[Line]) -> dict[str, Cell]:
+    """{system: its numbers in a column} of those that have any."""
+    return {
+        line.system: line.cells[column.key]
+        for line in lines
+        if column.key in line.cells and line.system != REFERENCE
+    }
+
+
+def _unranked(column: Column, lines: Sequence[Line]) -> frozenset[str]:
+    """Systems with numbers of fewer than half of the cases of a column: too few to speak for the others."""
+    known = _known(column, lines)
+    cases = set().union(*(cell.cases for cell in known.values()))
+    return frozenset(system for system, cell in known.items() if 2 * len(cell.cases) < len(cases))
+
+
+def _rankable(column: Column, lines: Sequence[Line]) -> dict[str, Cell]:
+    few = _unranked(column, lines)
+    return {system: cell for system, cell in _known(column, lines).items() if system not in few}
 
 
 def _ranked(column: Column, lines: Sequence[Line]) -> tuple[frozenset[str], frozenset[str]]:
-    """Systems with the best and the second best mean as it is printed; none where all print alike."""
-    if column.better is None:
-        return frozenset(), frozenset()
-    printed: dict[float, set[str]] = {}
-    for line in _comparable(column, [line for line in lines if line.system not in VARIANTS]):
-        printed.setdefault(float(f"{line.cells[column.key].mean:.{column.decimals}f}"), set()).add(
-            line.system
-        )
-    order = sorted(printed, reverse=column.better == "higher")
-    if len(order) < 2:
-        return frozenset(), frozenset()
-    return frozenset(printed[order[0]]), frozenset(printed[order[1]])
+    """Systems that rank as best and as second best; none where all are alike."""
+    cells = {} if column.better is None else _rankable(column, lines)
+    best = _unbeaten(column, cells)
+    others = {system: cell for system, cell in cells.items() if system not in best}
+    return (best, _unbeaten(column, others)) if others else (frozenset(), frozenset())
+
+
+def _unbeaten(column: Column, cells: Mapping[str, Cell]) -> frozenset[str]:
+    """Systems to which no other is better; none where each is beaten by another over yet other cases."""
+    return frozenset(
+        system
+        for system, cell in cells.items()
+        if not any(_beats(column, other, cell) for name, other in cells.items() if name != system)
+    )
+
+
+def _beats(column: Column, first: Cell, second: Cell) -> bool:
+    """Whether the first mean is better over the cases that both have, as it is printed."""
+    if not first.cases.keys() & second.cases.keys():
+        return False
+    one, other = (
+        float(f"{cell.mean:.{column.decimals}f}") for cell in (first.shared(second), second.shared(first))
+    )
+    return one > other if column.better == "higher" else one < other
 
 
 def _comparisons(columns: Sequence[Column], lines: Sequence[Line], ours: str) -> list[Comparison]:
@@ -244,20 +290,29 @@ def _comparisons(columns: Sequence[Column], lines: Sequence[Line], ours: str) ->
 
 def _compared(column: Column, own: Line, lines: Sequence[Line]) -> Comparison | None:
     """A system against the best of the others in a column; None where there is none."""
-    alike = {own.system, *(VARIANTS if own.system == OURS else ())}
-    rivals = [line for line in _comparable(column, lines) if line.system not in alike]
-    if not (column.tested and column.better and rivals and column.key in own.cells):
+    own_cell = own.cells.get(column.key)
+    if not (column.tested and column.better and own_cell):
         return None
+    alike = VARIANTS if own.system == OURS else ()
+    cells = _rankable(column, [line for line in lines if line.system not in alike])
     sign = 1 if column.better == "higher" else -1
-    rival = max(rivals, key=lambda line: sign * line.cells[column.key].mean)
-    # A subject's mean over other cases than the rival's would be no pair.
-    mine, its = own.cells[column.key], rival.cells[column.key]
-    first, second = mine.shared(its).values, its.shared(mine).values
-    subjects = list(first)
-    differences = np.array([first[subject] - second[subject] for subject in subjects])
+    ahead = {
+        system: -sign * float(differences.mean())
+        for system, cell in cells.items()
+        if system != own.system and len(differences := _differences(own_cell, cell))
+    }
+    if not ahead:
+        return None
+    rival = max(ahead, key=lambda system: ahead[system])
+    differences = _differences(own_cell, cells[rival])
     differing = int(np.count_nonzero(_without_rounding(differences)))
-    better = bool(len(differences)) and sign * float(differences.mean()) > 0
-    return Comparison(column, rival.system, len(subjects), differing, better, signed_rank(differences))
+    return Comparison(column, rival, len(differences), differing, ahead[rival] < 0, signed_rank(differences))
+
+
+def _differences(mine: Cell, its: Cell) -> np.ndarray:
+    """Of the means of subjects (n,); a subject's mean over other cases than the other's would be no pair."""
+    first, second = mine.shared(its).values, its.shared(mine).values
+    return np.array([first[subject] - second[subject] for subject in first])
 
 
 def signed_rank(differences: np.ndarray) -> float | None:

@@ -85,8 +85,9 @@ def _tests(table: Table) -> Iterator[list[str]]:
 def _test_note(table: Table) -> str:
     tested = sum(each.p is not None for each in table.comparisons)
     return (
-        "Wilcoxon's signed-rank test over subjects, two-sided, against the system that has the best mean among the "
-        f"others; Holm's correction over {words.counted(tested, 'test')} of this table."
+        "Wilcoxon's signed-rank test over subjects, two-sided, against the system that is farthest ahead, or least "
+        "behind, in the mean over the cases that both finished; Holm's correction over "
+        f"{words.counted(tested, 'test')} of this table."
     )
 
 

@@ -23,7 +23,8 @@ from PolyPoseLib.io.json_records import (
 )
 from PolyPoseLib.io.whole_files import replaced_whole
 
-VERSION = 1
+VERSION = 2
+"""Counted up where scores change their meaning, so that no table mixes both; 2: least area of silhouettes in mm²."""
 
 Row = dict[str, Any]
 

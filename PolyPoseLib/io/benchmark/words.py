@@ -95,18 +95,24 @@ def notes(table: Table, rows: Sequence[Row]) -> list[str]:
         for line in table.lines
         if line.system in VARIANTS
     ]
+    if table.unread:
+        sentences.append(
+            f"{table.unread} of {counted(table.subjects, 'subject')} could not be read: no system has scores there, "
+            "and no rank depends on it."
+        )
     if any(not line.is_whole and line.done for line in table.lines):
         sentences.append(
-            f"{DAGGER} Not finished on every case: the means are over fewer subjects than the others' and have no rank."
+            f"{DAGGER} Not finished on every case: the means are over the cases that it finished. Ranks and tests "
+            "compare two systems over the cases that both finished."
         )
-    pixels = sorted(
-        {scores["held_out"]["minimum_pixels"] for scores in _scores(rows) if scores.get("held_out")}
-    )
-    if pixels:
+    few = [
+        line.system for line in table.lines if any(line.system in each for each in table.unranked.values())
+    ]
+    if few:
         sentences.append(
-            "Held-out X-rays: silhouettes of the warped labels against the true ones, means over views; structures of "
-            f"fewer than {' or '.join(map(str, pixels))} pixels in the truth are left out. HD95 in mm: at the detector."
+            f"No rank where it has fewer than half of the cases: {', '.join(map(one_line, few))}."
         )
+    sentences += _held_out_notes([scores["held_out"] for scores in _scores(rows) if scores.get("held_out")])
     cut_off = sorted({each for scores in _scores(rows) for each in _marked(scores, "cut_off")})
     if cut_off:
         sentences.append(
@@ -127,6 +133,24 @@ def notes(table: Table, rows: Sequence[Row]) -> list[str]:
     if any(column.measure == "folds" for column in table.columns):
         sentences.append(
             "Folds: voxels of the CT whose Jacobian determinant is 0 or less, every field interpolated to those voxels."
+        )
+    return sentences
+
+
+def _held_out_notes(held_out: Sequence[dict]) -> list[str]:
+    """What the scores on held-out X-rays are of, and which structures none of them has."""
+    if not held_out:
+        return []
+    least = sorted({f"{scores['minimum_mm2']:g}" for scores in held_out})
+    sentences = [
+        "Held-out X-rays: silhouettes of the warped labels against the true ones, means over views; structures of "
+        f"less than {' or '.join(least)} mm² at the detector in the truth are left out. HD95 in mm: at the detector."
+    ]
+    scored = {name for scores in held_out for name in scores.get("structures") or {}}
+    left_out = {name for scores in held_out for name in scores.get("left_out") or ()} - scored
+    if left_out:
+        sentences.append(
+            f"Too small in every held-out X-ray, and never scored there: {', '.join(map(one_line, sorted(left_out)))}."
         )
     return sentences
 

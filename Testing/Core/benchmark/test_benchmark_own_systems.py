@@ -1,5 +1,7 @@
 """PolyPose's own systems: what they are given, what they answer, and that they beat doing nothing."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from phantom_study import case as phantom_case
@@ -9,7 +11,7 @@ from tiny_case import tiny_case
 from PolyPoseLib import pipeline
 from PolyPoseLib.benchmark.motion_checks import require_motion
 from PolyPoseLib.benchmark.own_systems import Paper, PolyPose, PolyPoseFound, Rest
-from PolyPoseLib.data.benchmark.system import SystemSetting
+from PolyPoseLib.data.benchmark.system import SystemSetting, Weighting
 from PolyPoseLib.errors import CancelledError, InputError
 from PolyPoseLib.evaluation.metrics import mask_points, target_registration_error
 from PolyPoseLib.simulation.case_study import case_to_study
@@ -71,6 +73,15 @@ def test_the_study_is_registered_with_the_cameras_it_has_and_the_settings_of_all
     assert options == {"threads": 3, "device": "cpu", "seed": 7, "uncertainty": False}
 
 
+def test_each_says_how_it_weights_the_motions_of_structures(study):
+    """The paper's weights are not the default's, and a study may ask for others."""
+    assert PolyPose().weighting(study) == PolyPoseFound().weighting(study) == Weighting("rigid", "moving")
+    assert Paper().weighting(study) == Weighting("mass", "fixed")
+    asked = dataclasses.replace(study, options={"weights": "epsilon", "epsilon": 0.2})
+    assert PolyPose().weighting(asked) == Weighting("epsilon", "moving", 0.2)
+    assert Rest().fit(study, SystemSetting()).weighting is None
+
+
 def test_cameras_that_are_to_be_found_start_where_the_seed_has_put_them(study, asked):
     for seed in (0, 0, 1):
         with pytest.raises(CancelledError):
@@ -107,6 +118,6 @@ def test_each_beats_doing_nothing(system, share):
     require_motion(motion, study)
     rest = mean_error(simulated, Rest().fit(study, SystemSetting()))
     assert mean_error(simulated, motion) < share * rest
-    assert steps and "polypose 0." in motion.notes[0]
+    assert steps and "polypose 0." in motion.notes[0] and motion.weighting == system().weighting(study)
     if system is PolyPoseFound:
         assert "Cameras started 4 degrees and 15 mm off and ended within" in motion.notes[1]

@@ -333,7 +333,12 @@ def test_evaluate_against_a_second_segmentation(tmp_path, capsys):
     assert scores["summary"] == {"mean_dice": 1.0, "folds_percent": 0.0, "sd_log_jacobian": 0.0}
     assert all(each["centroid_mm"] == 0 and each["hd95_mm"] == 0 for each in scores["labels"].values())
     status, text, _ = run_main(argv, capsys)
-    assert "Dice" in text
+    assert "Dice" in text and "cut off by an end of a scan" in text
+    second = result.warped_labels.voxels.copy()
+    second[4, 4, 4:6] = 999
+    write_volume(Volume(second, result.warped_labels.affine), tmp_path / "more.nii.gz")
+    status, text, _ = run_main([*argv[:-1], tmp_path / "more.nii.gz"], capsys)
+    assert "not in the CT's label map, and not scored: 999" in text
     write_volume(Volume(np.full((5, 5, 5), 999, np.int16), np.eye(4)), tmp_path / "other.nii.gz")
     status, _, err = run_main([*argv[:-1], tmp_path / "other.nii.gz"], capsys)
     assert status == 2

@@ -71,6 +71,7 @@ def test_what_carries_points_comes_back_and_earlier_folders_lack_it(tmp_path):
     assert back.structure_labels.same_grid(result.structure_labels, 1e-3)
     assert np.array_equal(back.inverse_transform.vectors, result.inverse_transform.vectors)
     assert np.array_equal(back.soft_tissue_deviation_mm, result.soft_tissue_deviation_mm)
+    assert back.segmentation_labels == result.segmentation_labels
     inverse = sitk.ReadTransform(str(folder / "inverse_transform.h5"))
     assert np.allclose(
         inverse.TransformPoint((9.0, -9.0, 7.0)), back.inverse_transform(np.array([9.0, -9, 7])), atol=1e-4
@@ -78,13 +79,13 @@ def test_what_carries_points_comes_back_and_earlier_folders_lack_it(tmp_path):
     for name in FILES - {"report.png"}:
         assert name.replace("0", "N").replace("1", "N") in (folder / "README.txt").read_text() + "README.txt"
     fields = json.loads((folder / "result.json").read_text())
-    del fields["soft_tissue_deviation_mm"]
+    del fields["soft_tissue_deviation_mm"], fields["segmentation_labels"]
     (folder / "result.json").write_text(json.dumps(fields))
     (folder / "inverse_transform.h5").unlink()
     (folder / "structures.nii.gz").unlink()
     earlier = load_result(folder)
     assert earlier.inverse_transform is None and earlier.structure_labels is None
-    assert earlier.soft_tissue_deviation_mm is None
+    assert earlier.soft_tissue_deviation_mm is None and earlier.segmentation_labels is None
     earlier.save(tmp_path / "again")
     assert not (tmp_path / "again" / "structures.nii.gz").exists()
 

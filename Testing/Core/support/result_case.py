@@ -56,4 +56,5 @@ def make_result(seed=0, views=2) -> Result:
         xray_images=[image + 2 for image in images],
         anchor="pelvis",
         soft_tissue_deviation_mm=np.array([0.8, 1.6, 4.0]),
+        segmentation_labels=tuple(range(1, 200)),
     )

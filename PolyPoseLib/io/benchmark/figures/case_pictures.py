@@ -37,7 +37,7 @@ def draw_case(case: BenchmarkCase, motion: Motion, folder: Path, title: str = ""
     list of str
         Names of the files: "overlay.png", differences of the CT at rest and warped from the true one in three planes;
         "projection.png", coronal maximum intensity projections over the true one's; "deformation.png", how far tissue
-        moves and, where the motion has poses, which structures' motions it takes. The first two need the true CT.
+        moves and, where poses make the field, which structures' motions it takes. The first two need the true CT.
 
     Raises
     ------

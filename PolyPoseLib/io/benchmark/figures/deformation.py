@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from PolyPoseLib.data.benchmark.case import BenchmarkCase
-from PolyPoseLib.data.benchmark.system import Motion
+from PolyPoseLib.data.benchmark.system import Motion, Weighting
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import one_line
 from PolyPoseLib.io.benchmark.figures.canvas import COLOURS, INK, PAGE, SMALL, TEXT, new_figure
@@ -51,7 +51,7 @@ def draw_deformation(
     Returns
     -------
     Figure
-        Magnitudes in mm; for a motion with poses, tissue coloured by its structures' weights beside it.
+        Magnitudes in mm; for a motion whose poses make the field, tissue coloured by its structures' weights beside it.
 
     """
     at = richest_slice(labels.voxels, CORONAL)
@@ -59,7 +59,7 @@ def draw_deformation(
     points = CORONAL.cut(_points(warped, at), 0)
     displacement = motion.field.sample(points)
     body = in_patient(hu)
-    panels = 2 if motion.poses else 1
+    panels = 1 if motion.weighting is None else 2
     rows, columns = hu.shape
     width = PAGE if panels == 2 else 0.62 * PAGE
     figure = new_figure(width, (width - 0.9) / panels * rows / columns + (1.1 if panels == 2 else 0.6))
@@ -73,8 +73,8 @@ def draw_deformation(
     places[0].set_xlabel(
         "arrows: its part in this plane, from the X-rayed posture to the CT's", fontsize=SMALL - 1
     )
-    if panels == 2:
-        names, weights = contributions(case, motion, points)
+    if motion.weighting is not None:
+        names, weights = contributions(case, motion, motion.weighting, points)
 
         def shares(place: Axes) -> None:
             _draw_shares(figure, place, hu, body, names, weights)
@@ -92,7 +92,7 @@ def _points(grid: Volume, at: int) -> np.ndarray:
 
 
 def contributions(
-    case: BenchmarkCase, motion: Motion, points: np.ndarray
+    case: BenchmarkCase, motion: Motion, weighting: Weighting, points: np.ndarray
 ) -> tuple[tuple[str, ...], np.ndarray]:
     """Weights of the structures' motions at fixed points.
 
@@ -102,6 +102,8 @@ def contributions(
         Its study has the structures; those of which the motion has no pose, as of the anchor, do not move.
     motion : Motion
         With poses.
+    weighting : Weighting
+        The motion's own.
     points : (..., 3) array
         Fixed LPS mm.
 
@@ -110,8 +112,7 @@ def contributions(
     tuple of str
         The K structures.
     (..., K) array
-        Weights that sum to 1: the share of each structure in the structures' volume over the squared distance to it,
-        measured where its own pose takes the point, as PolyPose's default has them.
+        Weights that sum to 1, as the motion has them: the paper's are of other distances than the default's.
 
     """
     import torch
@@ -123,8 +124,9 @@ def contributions(
     poses = np.stack([np.asarray(motion.poses.get(name, np.eye(4)), np.float64) for name in structures.names])
     flat = torch.from_numpy(np.ascontiguousarray(points.reshape(-1, 3)))
     with torch.no_grad():
-        distance = maps.under(flat, torch.from_numpy(poses))
-        found = weights(distance, torch.as_tensor(structures.volume_share()))
+        distance = maps(flat) if weighting.frame == "fixed" else maps.under(flat, torch.from_numpy(poses))
+        share = torch.as_tensor(structures.volume_share())
+        found = weights(distance, share, weighting.form, weighting.epsilon)
     return structures.names, found.numpy().T.reshape(*points.shape[:-1], len(structures.names))
 
 

@@ -92,18 +92,16 @@ def test_lower_is_better_for_distances():
     assert table.best[key] == {"b"} and table.second[key] == {"c"}
 
 
-def test_a_system_that_failed_on_a_subject_has_no_rank():
-    """It may have failed on the hardest one, and its mean over the others would look best."""
-    rows = [row(system, f"s{n}", value) for system, value in (("a", 0.8), ("b", 0.7)) for n in range(3)]
-    rows += [
-        row("c", "s0", 0.95),
-        row("c", "s1", 0.95),
-        row("c", "s2", status="failed", reason="out of memory"),
-    ]
+def test_a_system_that_failed_on_a_subject_is_ranked_by_the_cases_that_both_finished():
+    """It failed on the hardest one: its mean over the others looks best, and is no better than theirs there."""
+    values = {"a": (0.96, 0.96, 0.1), "b": (0.9, 0.9, 0.2), "c": (0.95, 0.95)}
+    rows = [row(system, f"s{n}", value) for system, own in values.items() for n, value in enumerate(own)]
+    rows.append(row("c", "s2", status="failed", reason="out of memory"))
     (table,) = tables_of(rows)
     line = table.lines[2]
     assert (line.done, line.cases, line.reasons) == (2, 3, {("failed", "out of memory"): 1})
-    assert table.best[DICE] == {"a"} and table.second[DICE] == {"b"}
+    assert not line.is_whole
+    assert table.best[DICE] == {"a"} and table.second[DICE] == {"c"}
     not_run = tables_of(rows[:-1])[0].lines[2]
     assert (not_run.done, not_run.cases) == (2, 3) and sum(not_run.reasons.values()) == 1
 
@@ -180,7 +178,90 @@ def test_a_subject_is_compared_by_the_cases_that_both_systems_finished():
     assert (dice.pairs, dice.differing, dice.p, dice.better) == (7, 0, None, False)
 
 
-def test_a_mean_over_fewer_cases_of_a_subject_has_no_rank():
+def with_failures(values, failed):
+    """Rows of systems with a value each, a little other for every subject; failed: {system: subjects}."""
+    return [
+        row(system, f"s{n}", status="failed")
+        if n in failed.get(system, ())
+        else row(system, f"s{n}", value + 0.001 * n**2, hd95=10 * (1 - value))
+        for system, value in values.items()
+        for n in range(7)
+    ]
+
+
+@pytest.mark.parametrize("ours", [0.905, 0.97])
+def test_a_better_rival_that_failed_on_a_subject_stays_the_rival(ours):
+    rows = with_failures({"polypose": ours, "a": 0.955, "b": 0.704}, {"a": [3]})
+    (table,) = tables_of(rows)
+    order = ["polypose", "a"] if ours > 0.955 else ["a", "polypose"]
+    assert [table.best[DICE], table.second[DICE]] == [{each} for each in order]
+    dice = next(each for each in table.comparisons if each.column.measure == "Dice")
+    assert (dice.rival, dice.pairs, dice.better) == ("a", 6, ours > 0.955)
+    assert dice.p == pytest.approx(2 / 2**6)
+
+
+def test_polypose_is_under_the_same_rule():
+    """It failed where all do badly: without that case nobody else is worse for it."""
+    rows = with_failures({"polypose": 0.9, "a": 0.91, "b": 0.7}, {"polypose": [6]})
+    for each in rows:
+        if each["subject"] == "s6" and each["status"] == "done":
+            each["scores"]["groups"]["bones"]["dice"] = 0.1
+    (table,) = tables_of(rows)
+    assert (table.best[DICE], table.second[DICE]) == ({"a"}, {"polypose"})
+    rows = with_failures({"polypose": 0.99, "a": 0.91, "b": 0.7}, {"polypose": [0, 1, 2, 3]})
+    (table,) = tables_of(rows)
+    assert (table.best[DICE], table.second[DICE]) == ({"a"}, {"b"})
+    assert table.unranked[DICE] == {"polypose"}
+
+
+def test_a_system_with_fewer_than_half_of_the_cases_is_no_rival():
+    rows = with_failures({"polypose": 0.9, "a": 0.99, "b": 0.7}, {"a": [0, 1, 2, 3]})
+    (table,) = tables_of(rows)
+    assert (table.best[DICE], table.second[DICE]) == ({"polypose"}, {"b"})
+    assert table.unranked[DICE] == {"a"}
+    assert {each.rival for each in table.comparisons if each.column.measure == "Dice"} == {"b"}
+
+
+def test_the_best_rival_is_chosen_by_the_cases_that_each_shares_with_polypose():
+    """The one with the better mean failed on the case that is hard for all."""
+    values = {"polypose": [0.9] * 6 + [0.2], "a": [0.88] * 6, "b": [0.89] * 6 + [0.19]}
+    rows = [row(system, f"s{n}", value) for system, own in values.items() for n, value in enumerate(own)]
+    (table,) = tables_of(rows)
+    dice = next(each for each in table.comparisons if each.column.measure == "Dice")
+    assert (dice.rival, dice.pairs, dice.better) == ("b", 7, True)
+
+
+@pytest.mark.parametrize("unread", [True, False])
+def test_a_case_that_no_system_finished_takes_no_rank_from_any(unread):
+    """Data that could not be read are no failure of a system; a case on which all failed is one."""
+    rows = with_failures({"polypose": 0.9, "a": 0.8, "rest": 0.5}, {})
+    expected = tables_of(rows)[0]
+    digest = {"case_digest": "unread"} if unread else {}
+    rows += [row(system, "s7", status="failed", **digest) for system in ("polypose", "a")]
+    rows += [row("rest", "s7", 0.5)] if not unread else [row("rest", "s7", status="failed", **digest)]
+    (table,) = tables_of(rows)
+    assert (table.best, table.second) == (expected.best, expected.second) and table.best[DICE] == {"polypose"}
+    assert [(each.rival, each.pairs, each.p_holm) for each in table.comparisons] == [
+        (each.rival, each.pairs, each.p_holm) for each in expected.comparisons
+    ]
+    assert (table.subjects, table.unread) == (8, int(unread))
+    assert [line.is_whole for line in table.lines[:2]] == [unread, unread]
+    assert [(line.done, line.cases) for line in table.lines[:2]] == [(7, 8), (7, 8)]
+
+
+def test_systems_that_beat_each_other_in_a_circle_have_no_rank():
+    values = {"a": (0.9, 0.1, None), "b": (None, 0.9, 0.1), "c": (0.1, None, 0.9)}
+    rows = [
+        row(system, f"s{n}", value)
+        for system, own in values.items()
+        for n, value in enumerate(own)
+        if value is not None
+    ]
+    (table,) = tables_of(rows)
+    assert (table.best[DICE], table.second[DICE]) == (frozenset(), frozenset())
+
+
+def test_a_mean_over_fewer_cases_of_a_subject_is_compared_over_those():
     """Both finished both cases, but one has a number of the easier one alone."""
     hard = {**row("a", "s1", 0.3), "case": "s1-second"}
     without = {**row("b", "s1", 0.5), "case": "s1-second"}
@@ -194,4 +275,4 @@ def test_a_mean_over_fewer_cases_of_a_subject_has_no_rank():
         {**hard, "system": "c"},
     ]
     (table,) = tables_of(rows)
-    assert table.best[DICE] == {"a"} and table.second[DICE] == {"c"}
+    assert table.best[DICE] == {"a", "b"} and table.second[DICE] == {"c"}

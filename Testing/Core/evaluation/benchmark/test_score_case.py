@@ -21,6 +21,8 @@ from PolyPoseLib.evaluation.benchmark.smoothness import smoothness
 VOXEL = 2.5
 """mm, the largest side of a voxel of either grid."""
 
+PIXEL_MM2 = float(np.prod(scored_case.PITCH))
+
 TRUE = Motion(scored_case.field_of(), {"femur": scored_case.MOTION})
 REST = Motion(scored_case.field_of(np.eye(4)))
 REVERSED = Motion(scored_case.field_of(np.linalg.inv(scored_case.MOTION)))
@@ -34,7 +36,7 @@ def case():
 @pytest.fixture(scope="module")
 def scores(case):
     return {
-        name: score_case(case, motion, minimum_pixels=50)
+        name: score_case(case, motion, minimum_mm2=50 * PIXEL_MM2)
         for name, motion in {"true": TRUE, "rest": REST, "reversed": REVERSED}.items()
     }
 
@@ -143,18 +145,35 @@ def test_groups_are_means_over_structures(scores):
 def test_small_silhouettes_are_left_out(case):
     pixels = {name: int(mask.sum()) for name, mask in case.truth.held_out[0].masks.items()}
     smallest = min(pixels, key=pixels.get)
-    flat = score_case(case, REST, minimum_pixels=pixels[smallest] + 1)["held_out"]
+    limit = (pixels[smallest] + 0.5) * PIXEL_MM2
+    flat = score_case(case, REST, minimum_mm2=limit)["held_out"]
     assert smallest not in flat["views"]["held out 1"]
     assert set(flat["views"]["held out 1"]) == set(pixels) - {smallest}
-    assert flat["minimum_pixels"] == pixels[smallest] + 1
-    kept = score_case(case, REST, minimum_pixels=pixels[smallest])["held_out"]
+    assert flat["minimum_mm2"] == limit
+    kept = score_case(case, REST, minimum_mm2=limit - PIXEL_MM2)["held_out"]
     assert kept["views"]["held out 1"][smallest]["pixels"] == pixels[smallest]
+
+
+@pytest.mark.parametrize(
+    ("pitch", "pixels", "is_scored"),
+    [(1.552, 500, True), (1.552, 499, False), (2.15, 261, True), (2.15, 260, False), (0.776, 1998, True)],
+)
+def test_the_papers_limit_is_an_area_whatever_the_pixels(case, pitch, pixels, is_scored):
+    """500 pixels of DeepFluoro, and as much of a bone on any other detector."""
+    mask = np.zeros(scored_case.PIXELS, bool)
+    mask.reshape(-1)[:pixels] = True
+    masks = {"pelvis": np.ones(scored_case.PIXELS, bool), "femur": mask, "liver": mask & False}
+    camera = scored_case.view(0.4)
+    view = HeldOutView("held out", camera, (pitch, pitch), masks)
+    flat = score_case(replace_truth(case, labels=None, held_out=(view,)), REST)["held_out"]
+    assert set(flat["structures"]) == ({"pelvis", "femur"} if is_scored else {"pelvis"})
+    assert flat["left_out"] == (["liver"] if is_scored else ["femur", "liver"])
 
 
 def test_a_structure_pushed_away_scores_worst_and_not_nothing(case):
     away = np.eye(4)
     away[2, 3] = 400.0
-    table = score_case(case, Motion(scored_case.field_of(away)), minimum_pixels=50)
+    table = score_case(case, Motion(scored_case.field_of(away)), minimum_mm2=50 * PIXEL_MM2)
     fixed = case.truth.labels
     far = np.linalg.norm(fixed.affine[:3, :3] @ fixed.shape[::-1])
     for row in table["structures"].values():
@@ -190,7 +209,7 @@ def test_silhouettes_see_what_moves_out_of_the_ct():
     away = np.eye(4)
     away[:3, 3] = (0.0, 0.0, 28.0)  # the CT ends 42 mm from its middle
     case = scored_case.drawn_case(away, labels=None, ct=None)
-    table = score_case(case, Motion(scored_case.field_of(away)), minimum_pixels=50)
+    table = score_case(case, Motion(scored_case.field_of(away)), minimum_mm2=50 * PIXEL_MM2)
     assert "dice" not in table["structures"]["pelvis"]
     for row in table["held_out"]["structures"].values():
         assert row["dice"] > 0.94

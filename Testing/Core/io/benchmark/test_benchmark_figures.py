@@ -5,14 +5,15 @@ import dataclasses
 import numpy as np
 import pytest
 import scored_case
+import torch
 from benchmark_rows import row
 
-from PolyPoseLib.data.benchmark.system import Motion
+from PolyPoseLib.data.benchmark.system import Motion, Weighting
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark.figures import canvas, draw_case, write_figures
 from PolyPoseLib.io.benchmark.figures.curves import draw_curves
-from PolyPoseLib.io.benchmark.figures.deformation import contributions
+from PolyPoseLib.io.benchmark.figures.deformation import contributions, draw_deformation
 from PolyPoseLib.io.benchmark.figures.overlays import composite, mean_difference
 from PolyPoseLib.io.benchmark.figures.straight import (
     AXIAL,
@@ -24,6 +25,7 @@ from PolyPoseLib.io.benchmark.figures.straight import (
     unmoved,
 )
 from PolyPoseLib.warp.dense import warp_volume
+from PolyPoseLib.warp.weights import distance_maps
 
 pytest.importorskip("matplotlib")
 
@@ -108,16 +110,46 @@ def test_weights_are_one_in_the_bone_where_its_pose_puts_it(case):
     inverse = np.linalg.inv(scored_case.MOTION)
     middle = inverse[:3, :3] @ scored_case.SHAPES["femur"][1] + inverse[:3, 3]
     points = np.array([[middle, scored_case.SHAPES["pelvis"][1], (40.0, 40.0, 40.0)]])
-    names, found = contributions(case, motion, points)
+    names, found = contributions(case, motion, Weighting("rigid", "moving"), points)
     assert names == ("pelvis", "femur") and found.shape == (1, 3, 2)
     assert found.sum(axis=-1) == pytest.approx(1.0)
     assert found[0, 0, 1] > 0.999 and found[0, 1, 0] > 0.999  # the anchor has no pose and stays
     assert 0.01 < found[0, 2, 1] < 0.99
 
 
+def test_weights_are_those_of_the_motion_itself(case):
+    """The paper's are m / (1 + d^2), of the distances in the CT whatever has moved."""
+    motion = Motion(scored_case.field_of(), {"femur": scored_case.MOTION})
+    structures = case.study.structures
+    inside = case.study.ct.to_world(np.argwhere(structures.mask("femur"))[:, ::-1]).mean(axis=0)
+    points = inside + np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 30.0)])
+    maps = distance_maps(structures, case.study.ct.affine, spacing_mm=3.0)
+    distance = maps(torch.from_numpy(points)).numpy().T
+    mass = structures.volume_share() / (1 + distance**2)
+    names, found = contributions(case, motion, Weighting("mass", "fixed"), points)
+    assert found == pytest.approx(mass / mass.sum(axis=1, keepdims=True), abs=1e-6)
+    assert found[0, names.index("femur")] < 0.9999  # of the default's form it is 1 in the bone
+    even = 1 / (1 + 0.3 * distance**2)
+    _, found = contributions(case, motion, Weighting("epsilon", "fixed", 0.3), points)
+    assert found == pytest.approx(even / even.sum(axis=1, keepdims=True), abs=1e-6)
+
+
+@pytest.mark.parametrize("weighting", [None, Weighting("mass", "fixed")])
+def test_weights_are_drawn_of_motions_that_poses_make(case, weighting):
+    """One body for the whole patient has poses, and no weights."""
+    motion = Motion(scored_case.field_of(), {"femur": scored_case.MOTION}, weighting=weighting)
+    grid = straight_grid(case.study.ct)
+    warped = warp_volume(case.study.ct, unmoved(), grid, outside=np.nan)
+    figure = draw_deformation(case, motion, warped, warped.with_voxels(warped.voxels > 200), "a case")
+    titles = [place.get_title() for place in figure.axes if place.get_title()]
+    told = ["weights of the structures' motions"] if weighting else []
+    assert titles == ["displacement, coronal", *told] and len(figure.legends) == len(told)
+
+
 @pytest.mark.long
 def test_pictures_of_a_case(case, tmp_path):
-    motion = Motion(scored_case.field_of(), {"femur": scored_case.MOTION})
+    weighting = Weighting("rigid", "moving")
+    motion = Motion(scored_case.field_of(), {"femur": scored_case.MOTION}, weighting=weighting)
     names = draw_case(case, motion, tmp_path, "a $ystem_name")
     assert names == ["overlay.png", "projection.png", "deformation.png"]
     assert sorted(each.name for each in tmp_path.iterdir()) == sorted(names)

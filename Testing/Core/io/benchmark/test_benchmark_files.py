@@ -68,14 +68,14 @@ def test_a_row_survives_and_a_damaged_one_counts_as_none(tmp_path):
     path = tmp_path / "row.json"
     assert read_row(path) is None
     write_row(path, ROW)
-    assert read_row(path) == {"version": 1, **ROW}
+    assert read_row(path) == {"version": 2, **ROW}
     assert os.listdir(tmp_path) == ["row.json"]
     whole = path.read_text()
     for text in (
         whole[: len(whole) // 2],
         "[]",
         whole.replace('"done"', '"won"'),
-        whole.replace(": 1,", ": 2,", 1),
+        whole.replace(": 2,", ": 1,", 1),
     ):
         path.write_text(text)
         assert read_row(path) is None

@@ -20,7 +20,7 @@ NASTY = r'=HYPERLINK("x") & 50% of $a_b^c$ {d} #1 ~ | \input{/etc/passwd} `e` *f
 def rows():
     rng = np.random.default_rng(0)
     made = []
-    for system, value in (("rest", 0.5), ("polypose", 0.9), ("dense-r3", 0.8), (NASTY, 0.85)):
+    for system, value in (("rest", 0.5), ("polypose", 0.9), ("dense-r3", 0.8), (NASTY, 0.75)):
         made += [
             row(system, f"s{n}", value + 0.02 * rng.random(), hd95=10 * (1 - value) + rng.random())
             for n in range(7)
@@ -37,7 +37,7 @@ def read(path):
 
 def test_every_number_of_every_row_is_in_the_long_table(rows, tmp_path):
     rows[0]["scores"]["held_out"] = {
-        "minimum_pixels": 500,
+        "minimum_mm2": 1203.0,
         "views": {"10 degrees": {"femur": {"dice": 0.75, "hd95_px": 3.5, "lost": True}}},
         "groups": {"bones": {"dice": 0.75}},
     }
@@ -57,7 +57,7 @@ def test_every_number_of_every_row_is_in_the_long_table(rows, tmp_path):
     assert find(**first, part="held_out views", view="10 degrees", name="femur", measure="hd95_px") == "3.5"
     assert find(**first, part="held_out views", view="10 degrees", name="femur", measure="lost") == "1"
     assert find(**first, part="held_out groups", name="bones", measure="dice") == "0.75"
-    assert find(**first, part="held_out", measure="minimum_pixels") == "500"
+    assert find(**first, part="held_out", measure="minimum_mm2") == "1203"
     dice = rows[0]["scores"]["structures"]["femur"]["dice"]
     assert float(find(**first, part="structures", name="femur", measure="dice")) == pytest.approx(
         dice, abs=1e-6
@@ -201,11 +201,14 @@ def test_too_few_subjects_are_said_so(tmp_path):
 def test_lost_and_cut_off_structures_are_named(rows, tmp_path):
     rows[7]["scores"]["structures"]["femur"]["lost"] = True
     rows[7]["scores"]["structures"]["femur"]["cut_off"] = True
-    rows[7]["scores"]["held_out"] = {"minimum_pixels": 321, "groups": {"bones": {"dice": 0.0}}}
+    held_out = {"minimum_mm2": 321.5, "groups": {"bones": {"dice": 0.0}}, "left_out": ["C4", "C3"]}
+    rows[7]["scores"]["held_out"] = held_out
+    rows[8]["scores"]["held_out"] = {**held_out, "structures": {"C4": {"dice": 1.0}}}
     write_tables(rows, tmp_path)
     for ending in ("md", "tex"):
         text = (tmp_path / f"table-drawn-2x30.{ending}").read_text(encoding="utf-8")
-        assert "polypose 1" in text and "321 pixels" in text and "parts: femur" in text
+        assert "polypose 1" in text and "321.5 mm² at the detector" in text and "parts: femur" in text
+        assert "never scored there: C3." in text
 
 
 def test_real_frames_of_different_numbers_share_a_table(tmp_path):
@@ -262,3 +265,34 @@ def test_every_measure_of_the_table_is_explained_below_it(tmp_path):
     assert all(
         f"{measure}: " in notes or f"{measure.capitalize()}: " in notes for measure in measures - plain
     )
+
+
+def test_what_a_dagger_means_and_the_rival_are_true_where_a_system_failed(tmp_path):
+    values = (("polypose", 0.9), ("a", 0.95), ("b", 0.7), ("c", 0.99))
+    rows = [row(system, f"s{n}", value + 0.001 * n) for system, value in values for n in range(7)]
+    rows[10] = row("a", "s3", status="failed", reason="it diverged")
+    rows[21:25] = [row("c", f"s{n}", status="failed", reason="it diverged") for n in range(4)]
+    write_tables(rows, tmp_path)
+    text = (tmp_path / "table-drawn-2x30.md").read_text(encoding="utf-8")
+    assert re.search(r"\| a† \| 6/7 \| \*\*0\.953\(0\.002\)\*\* \|", text)
+    assert re.search(r"\| polypose \| 7/7 \| \*0\.903\(0\.002\)\* \|", text)
+    assert re.search(r"\| c† \| 3/7 \| 0\.995\(0\.001\) \|", text)
+    assert "| bones: Dice | a | 6 | worse | 0.031 |" in text
+    assert "the means are over the cases that it finished" in text
+    assert "No rank where it has fewer than half of the cases: c." in text
+    assert "best mean among the others" not in text
+    latex = (tmp_path / "table-drawn-2x30.tex").read_text(encoding="utf-8")
+    assert (
+        "failed on 1 of 7: it diverged" in latex and "two systems over the cases that both finished" in latex
+    )
+
+
+def test_subjects_that_could_not_be_read_are_counted_below_the_table(tmp_path):
+    rows = [row(s, f"s{n}", v + 0.001 * n) for s, v in (("polypose", 0.9), ("a", 0.8)) for n in range(6)]
+    told = {"status": "failed", "reason": "The case could not be read: x", "case_digest": "unread"}
+    rows += [row(system, "s6", **told) for system in ("polypose", "a")]
+    write_tables(rows, tmp_path)
+    text = (tmp_path / "table-drawn-2x30.md").read_text(encoding="utf-8")
+    assert re.search(r"\| polypose \| 6/7 \| \*\*0\.90\d\(0\.002\)\*\* \|", text)
+    assert "| bones: Dice | a | 6 | better | 0.031 |" in text
+    assert "1 of 7 subjects could not be read" in text and "\u2020" not in text
