@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from PolyPoseLib.baselines.published.method import find_camera_by_anchor, fit_structures_by_gmncc
-from PolyPoseLib.data.options import USUAL_EPSILON, Options
+from PolyPoseLib.data.options import Options
 from PolyPoseLib.data.paper_options import PUBLISHED
 from PolyPoseLib.data.progress import CancelQuery, Monitor, ProgressCallback
 from PolyPoseLib.data.result import CameraResult, Result, StructureResult, installed_versions
@@ -51,7 +51,7 @@ from PolyPoseLib.registration.outputs import (
     warp_study,
     warped_source,
 )
-from PolyPoseLib.registration.presets import PRESETS, Preset
+from PolyPoseLib.registration.presets import PRESETS, Preset, weighting_of
 from PolyPoseLib.registration.run import Preview, Run
 from PolyPoseLib.registration.scene import Scene
 from PolyPoseLib.registration.uncertainty.checks import (
@@ -255,12 +255,12 @@ def _preview(options: Options, magnification: float) -> Preview | None:
 def _soft_tissue(
     study: Study, options: Options, preset: Preset, magnification: float, device: torch.device | None
 ) -> SoftTissue:
-    reach = options.rotation_reach_mm
+    reach, weighting = options.rotation_reach_mm, weighting_of(options)
     return SoftTissue(
         Scene(study.ct, study.structures, study.anchor),
-        options.weight_frame or preset.weight_frame,
-        options.weights or preset.weights,
-        (options.epsilon or USUAL_EPSILON) / magnification**2,
+        weighting.frame,
+        weighting.form,
+        weighting.epsilon / magnification**2,
         preset.rotation_reach_mm if reach is None else reach * magnification,
         device,
     )

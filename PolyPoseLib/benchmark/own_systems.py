@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from PolyPoseLib.data.benchmark.system import Motion, SystemSetting, Weighting
+from PolyPoseLib.data.benchmark.system import Motion, SystemSetting
 from PolyPoseLib.data.displacement_field import DisplacementField
-from PolyPoseLib.data.options import USUAL_EPSILON, Options
+from PolyPoseLib.data.options import Options, Weighting
 from PolyPoseLib.data.progress import Progress
 from PolyPoseLib.data.result import Result
 from PolyPoseLib.data.study import Study
@@ -77,15 +77,9 @@ class PolyPose:
 
     def weighting(self, study: Study) -> Weighting:
         """How the fit of a study weights its structures' motions."""
-        from PolyPoseLib.registration.presets import PRESETS
+        from PolyPoseLib.registration.presets import weighting_of
 
-        options = Options.from_dict({**study.options, **self.options})
-        preset = PRESETS[options.preset]
-        return Weighting(
-            options.weights or preset.weights,
-            options.weight_frame or preset.weight_frame,
-            options.epsilon or USUAL_EPSILON,
-        )
+        return weighting_of(Options.from_dict({**study.options, **self.options}))
 
 
 class Paper(PolyPose):

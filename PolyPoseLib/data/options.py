@@ -36,6 +36,26 @@ _LONGEST_SHOWN = 40
 
 
 @dataclass(frozen=True)
+class Weighting:
+    """How the motions of structures make the field between them.
+
+    Attributes
+    ----------
+    form
+        Of a structure's weight by its distance, of :func:`PolyPoseLib.warp.weights.weights`.
+    frame
+        Where distances are measured: "fixed", at the point itself, or "moving", where the structure's pose takes it.
+    epsilon
+        1/mm^2, of the form "epsilon" only.
+
+    """
+
+    form: Literal["mass", "epsilon", "rigid"]
+    frame: Literal["moving", "fixed"]
+    epsilon: float = USUAL_EPSILON
+
+
+@dataclass(frozen=True)
 class Options:
     """Settings of one registration; None leaves a setting to the preset.
 

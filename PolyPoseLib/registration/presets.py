@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from PolyPoseLib.data.options import USUAL_EPSILON, Options, Weighting
 from PolyPoseLib.registration.bones.joint import JointStage
 from PolyPoseLib.registration.fit.levels import Level
 from PolyPoseLib.warp.polyrigid import WeightFrame
@@ -85,3 +86,13 @@ PRESETS: dict[str, Preset] = {
         shrinks=False,
     ),
 }
+
+
+def weighting_of(options: Options) -> Weighting:
+    """The stated weights of the smooth warp, or the preset's."""
+    preset = PRESETS[options.preset]
+    return Weighting(
+        options.weights or preset.weights,
+        options.weight_frame or preset.weight_frame,
+        options.epsilon or USUAL_EPSILON,
+    )

@@ -8,6 +8,7 @@ import numpy as np
 
 from PolyPoseLib.carrying.surfaces import Surface
 from PolyPoseLib.data.carried import CarriedPoints
+from PolyPoseLib.data.options import Weighting
 from PolyPoseLib.data.result import CameraResult, Result
 from PolyPoseLib.data.volume import Volume
 
@@ -110,7 +111,7 @@ class Content:
     labels
         Structures on the CT's grid, 1 for the first bone; None where they are not known.
     weighting
-        Form and epsilon of the weights of the warp.
+        Of the structures' motions in the warp.
     points
         Carried points, or None.
     notes
@@ -125,6 +126,6 @@ class Content:
     views: tuple[View, ...]
     at_rest_known: bool
     labels: Volume | None
-    weighting: tuple[str, float]
+    weighting: Weighting
     points: NamedPoints | None
     notes: tuple[str, ...]

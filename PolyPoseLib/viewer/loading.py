@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from PolyPoseLib.carrying.surfaces import surfaces_of
-from PolyPoseLib.data.options import USUAL_EPSILON, Options
+from PolyPoseLib.data.options import Options, Weighting
 from PolyPoseLib.data.result import Result
 from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
@@ -174,11 +174,11 @@ def _outlines(
     ]
 
 
-def _weighting(study: Study | None) -> tuple[str, float]:
-    """Form and epsilon of the weights; the defaults where no study says otherwise."""
-    options = Options.from_dict({} if study is None else study.options)
-    usual = "mass" if options.preset == "paper" else "rigid"
-    return options.weights or usual, options.epsilon or USUAL_EPSILON
+def _weighting(study: Study | None) -> Weighting:
+    """The weights of the warp; the defaults where no study says otherwise."""
+    from PolyPoseLib.registration.presets import weighting_of
+
+    return weighting_of(Options.from_dict({} if study is None else study.options))
 
 
 def _carried(result: Result, path: Path) -> NamedPoints:

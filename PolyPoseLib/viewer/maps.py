@@ -99,8 +99,10 @@ def weight(content: Content, number: int) -> Map:
     structures = Structures(tuple(result.structures), content.labels.voxels)
     distances = distance_maps(structures, content.labels.affine, WEIGHT_NODE_MM)
     poses = np.stack([each.fixed_to_moving for each in result.structures.values()])
-    form, epsilon = content.weighting
-    warp = PolyrigidWarp(distances, structures.volume_share(), poses, form=form, epsilon=epsilon)  # type: ignore[arg-type]
+    chosen = content.weighting
+    warp = PolyrigidWarp(
+        distances, structures.volume_share(), poses, chosen.frame, form=chosen.form, epsilon=chosen.epsilon
+    )
     values = np.empty(int(np.prod(field.shape)), np.float32)
     from PolyPoseLib.warp.field_grids import flat_points
 

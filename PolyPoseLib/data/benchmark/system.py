@@ -6,12 +6,12 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from PolyPoseLib.data.displacement_field import DisplacementField
-from PolyPoseLib.data.options import USUAL_EPSILON
+from PolyPoseLib.data.options import Weighting
 from PolyPoseLib.data.study import Study
 
 
@@ -42,26 +42,6 @@ class SystemSetting:
     weights: Mapping[str, Path] = dataclasses.field(default_factory=dict)
     progress: Callable[[int, int, float | None], None] = lambda iteration, of, similarity: None
     cancelled: Callable[[], bool] = lambda: False
-
-
-@dataclass(frozen=True)
-class Weighting:
-    """How the motions of structures make the field between them.
-
-    Attributes
-    ----------
-    form
-        Of a structure's weight by its distance, of :func:`PolyPoseLib.warp.weights.weights`.
-    frame
-        Where distances are measured: "fixed", at the point itself, or "moving", where the structure's pose takes it.
-    epsilon
-        1/mm^2, of the form "epsilon" only.
-
-    """
-
-    form: Literal["mass", "epsilon", "rigid"]
-    frame: Literal["moving", "fixed"]
-    epsilon: float = USUAL_EPSILON
 
 
 @dataclass(frozen=True, eq=False)

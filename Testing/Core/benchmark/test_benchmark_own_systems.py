@@ -11,7 +11,8 @@ from tiny_case import tiny_case
 from PolyPoseLib import pipeline
 from PolyPoseLib.benchmark.motion_checks import require_motion
 from PolyPoseLib.benchmark.own_systems import Paper, PolyPose, PolyPoseFound, Rest
-from PolyPoseLib.data.benchmark.system import SystemSetting, Weighting
+from PolyPoseLib.data.benchmark.system import SystemSetting
+from PolyPoseLib.data.options import Weighting
 from PolyPoseLib.errors import CancelledError, InputError
 from PolyPoseLib.evaluation.metrics import mask_points, target_registration_error
 from PolyPoseLib.simulation.case_study import case_to_study

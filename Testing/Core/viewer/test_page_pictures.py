@@ -1,13 +1,16 @@
 """Pictures: PNG as other readers understand it, and colours of maps."""
 
 import io
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from matplotlib import image as matplotlib_image
 
 from PolyPoseLib.data.displacement_field import DisplacementField
-from PolyPoseLib.viewer.maps import displacement, volume_change
+from PolyPoseLib.data.options import Weighting
+from PolyPoseLib.data.volume import Volume
+from PolyPoseLib.viewer.maps import displacement, volume_change, weight
 from PolyPoseLib.viewer.pictures import FOLD_COLOUR, Scale, png, rgb, windowed
 
 
@@ -57,3 +60,30 @@ def test_folds_have_a_colour_of_their_own():
     folding[..., 0] = -2 * 1.5 * i
     picture = volume_change(field(folding)).picture(np.full((1, 1, 3), 6.0))
     assert tuple(picture[0, 0]) == (*rgb(FOLD_COLOUR), 255)
+
+
+@pytest.mark.parametrize("form", ["rigid", "mass", "epsilon"])
+def test_weights_are_measured_in_the_frame_of_the_warp(form):
+    """As published, where a structure went does not change its weights; by default they go with it."""
+    labels = np.zeros((24, 24, 24), np.uint8)
+    labels[8:16, 8:16, 2:6], labels[8:16, 8:16, 18:22] = 1, 2
+    grid = np.diag([4.0, 4.0, 4.0, 1.0])
+
+    def shown(frame, shift_mm):
+        away = np.eye(4)
+        away[0, 3] = shift_mm
+        structures = {
+            "still": SimpleNamespace(fixed_to_moving=np.eye(4)),
+            "moved": SimpleNamespace(fixed_to_moving=away),
+        }
+        result = SimpleNamespace(
+            transform=DisplacementField(np.zeros((*labels.shape, 3), np.float32), grid), structures=structures
+        )
+        content = SimpleNamespace(
+            result=result, labels=Volume(labels, grid), weighting=Weighting(form, frame)
+        )
+        return weight(content, 1).values
+
+    np.testing.assert_allclose(shown("fixed", 15.0), shown("fixed", 0.0), atol=1e-6)
+    assert np.abs(shown("moving", 15.0) - shown("moving", 0.0)).max() > 0.1
+    np.testing.assert_allclose(shown("moving", 0.0), shown("fixed", 0.0), atol=1e-6)

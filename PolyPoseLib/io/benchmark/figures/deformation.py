@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from PolyPoseLib.data.benchmark.case import BenchmarkCase
-from PolyPoseLib.data.benchmark.system import Motion, Weighting
+from PolyPoseLib.data.benchmark.system import Motion
+from PolyPoseLib.data.options import Weighting
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import one_line
 from PolyPoseLib.io.benchmark.figures.canvas import COLOURS, INK, PAGE, SMALL, TEXT, new_figure

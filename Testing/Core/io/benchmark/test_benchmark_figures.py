@@ -8,7 +8,8 @@ import scored_case
 import torch
 from benchmark_rows import row
 
-from PolyPoseLib.data.benchmark.system import Motion, Weighting
+from PolyPoseLib.data.benchmark.system import Motion
+from PolyPoseLib.data.options import Weighting
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark.figures import canvas, draw_case, write_figures
