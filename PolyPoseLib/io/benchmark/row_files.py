@@ -23,7 +23,8 @@ from PolyPoseLib.io.json_records import (
 )
 from PolyPoseLib.io.whole_files import replaced_whole
 
-VERSION = 1
+VERSION = 2
+"""Another one wherever a row of before would say something else than one of today: such rows are run again."""
 
 Row = dict[str, Any]
 

@@ -113,6 +113,12 @@ def notes(table: Table, rows: Sequence[Row]) -> list[str]:
             "Reaching an end of the CT's or of the truth's grid, where both may show different parts: "
             f"{', '.join(map(one_line, cut_off))}."
         )
+    trimmed = sorted({each for scores in _scores(rows) for each in _marked(scores, "trimmed")})
+    if trimmed:
+        sentences.append(
+            "Cut off by an end of a CT, and scored there only at a distance from that end: "
+            f"{', '.join(map(one_line, trimmed))}."
+        )
     lost = {
         line.system: count
         for line in table.lines

@@ -121,6 +121,14 @@ def test_tables_by_structure_say_where_cases_are_missing(tmp_path):
     assert part.count("it did not finish every case") == 1
 
 
+def test_structures_that_an_end_of_a_ct_cuts_off_are_named(tmp_path):
+    rows = [row("a", f"s{n}", 0.5) for n in range(2)]
+    rows[1]["scores"]["structures"]["rib"] = {"dice": 0.7, "cut_off": False, "trimmed": True}
+    write_tables(rows, tmp_path)
+    text = (tmp_path / "table-drawn-2x30.md").read_text(encoding="utf-8")
+    assert "scored there only at a distance from that end: rib." in text and "Reaching an end" not in text
+
+
 def test_own_x_rays_of_a_simulated_case_are_called_so(tmp_path):
     write_tables([row("a", "s0", 0.5, views="own-3x90")], tmp_path)
     text = (tmp_path / "table-drawn-own-3x90.md").read_text(encoding="utf-8")
