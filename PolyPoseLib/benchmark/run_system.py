@@ -77,7 +77,9 @@ def _run(job: RunJob, attempt: _Attempt) -> None:
         _unless_it_cannot(lambda: require_packages(system))
     weights = {system.name: Path(job.weights)} if job.weights else {}
     settings = job.settings
-    setting = SystemSetting(settings.threads, settings.device, settings.seed, weights, _print_step)
+    setting = SystemSetting(
+        settings.threads, settings.device, settings.seed, weights, _print_step, case=case.name
+    )
     attempt.step = "The system failed"
     given = digest_of(case.study)
     with measured() as attempt.measures:

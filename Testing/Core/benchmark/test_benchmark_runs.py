@@ -47,6 +47,12 @@ def test_what_is_finished_is_not_run_again_until_something_changes(home):
     assert rows[0]["status"] == "done" and not rows[0]["notes"]
 
 
+def test_a_system_is_told_the_case_for_what_it_draws_at_random(home):
+    home, _ = home
+    (row,) = run(home, "my_systems:Names")
+    assert row["notes"] == [row["case"]]
+
+
 REASONS = {
     "Raises": ("failed", "The system failed: ZeroDivisionError: of "),
     "Leaves": ("failed", "The system failed: SystemExit: 0"),
