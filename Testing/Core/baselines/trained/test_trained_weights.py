@@ -75,6 +75,15 @@ def test_cancelled(made, tmp_path):
         fitted(path, trained_case.study(), cancelled=lambda: True)
 
 
+@pytest.mark.parametrize("system", ["liftreg", "2d3d-regnet"])
+def test_a_gpu_that_is_not_there_is_no_crash(made, tmp_path, system, monkeypatch):
+    """The row of a benchmark then says "skipped", and what to do, as for every other system."""
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    path = saved(made[system], tmp_path / "weights.pt")
+    with pytest.raises(InputError, match='torch finds no CUDA device: give "cpu"'):
+        fitted(path, trained_case.study(), system, device="cuda")
+
+
 def test_progress_ends_at_its_end(made, tmp_path):
     path = saved(made["liftreg"], tmp_path / "weights.pt")
     seen = []
