@@ -311,6 +311,7 @@ class Training:
             self.pairs.sources_mm,
             state.best,
             report,
+            self.pairs.cts,
         )
 
 

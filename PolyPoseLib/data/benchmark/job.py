@@ -10,6 +10,10 @@ DATASETS = ("deepfluoro", "headneck", "thoraxcbct", "simulated")
 DONE, FAILED, SKIPPED = STATUSES = ("done", "failed", "skipped")
 """Of a row: with scores, without by its own fault, without because it cannot run here."""
 
+NOT_SEEN, UNKNOWN, CT, TRUTH = TRAINED_ON = ("", "unknown", "ct", "truth")
+"""Of a row: its weights were trained on no CT of its case as far as is known, do not say on which, on the CT that is
+registered, or on that of the X-rays' posture."""
+
 
 @dataclass(frozen=True)
 class CaseSource:

@@ -12,8 +12,11 @@ import trained_case
 
 from PolyPoseLib.baselines.liftreg import LiftReg
 from PolyPoseLib.baselines.regnet import RegNet
+from PolyPoseLib.baselines.trained import trained_weights
+from PolyPoseLib.baselines.trained.ct_digests import ct_digest
 from PolyPoseLib.baselines.trained.trained_weights import TrainedWeights, read_weights
 from PolyPoseLib.baselines.trained.training import Training, TrainingPlan
+from PolyPoseLib.baselines.trained.training_set import TrainingSet
 from PolyPoseLib.data.benchmark.system import SystemSetting
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.volume import Volume
@@ -50,6 +53,32 @@ def test_saved_is_loaded(made, tmp_path, system):
     again = fitted(path, trained_case.study(), system)
     np.testing.assert_array_equal(motion.field.vectors, again.field.vectors)
     assert (motion.field.spacing <= 4 + 1e-9).all() and len(motion.notes) == 1
+
+
+def test_the_cts_of_a_training_are_known_again(made, tmp_path):
+    """The phantom alone: the other postures were simulated and are nobody's CTs."""
+    ct = trained_case.study().ct
+    for system, weights in made.items():
+        assert weights.cts == (ct_digest(ct),)
+        assert read_weights(saved(weights, tmp_path / system), system, "train").cts == weights.cts
+
+
+def test_scans_in_both_postures_are_recorded():
+    pair = next(trained_case.pairs())
+    found = TrainingSet.collected(iter([dataclasses.replace(pair, simulated=False)] * 3), (2, 1), 16)
+    assert set(found.cts) == {ct_digest(pair.moving), ct_digest(pair.fixed)} and len(found.cts) == 2
+
+
+@pytest.mark.parametrize("absent", [True, False], ids=["none then", "not known"])
+def test_weights_of_before_are_loaded_and_say_no_cts(made, tmp_path, absent):
+    old = dataclasses.replace(made["liftreg"], cts=None)
+    fields = old.to_fields()
+    if absent:
+        del fields["settings"]["cts"]
+        fields["digest"] = trained_weights._digest(fields)
+    torch.save(fields, tmp_path / "weights.pt")
+    assert read_weights(tmp_path / "weights.pt", "liftreg", "train").cts is None
+    assert fitted(tmp_path / "weights.pt", trained_case.study()).notes
 
 
 def test_the_order_of_the_xrays_does_not_matter(made, tmp_path):
@@ -234,6 +263,7 @@ def test_changed_weights_are_refused(made, change, sentence):
         {"sources_mm": np.stack([np.ones((2, 3)), np.zeros((2, 3))])},
         {"sources_mm": np.full((2, 2, 3), np.nan)},
         {"state": {"weight": torch.tensor([float("nan")])}},
+        {"cts": ("HN_P001",)},
     ],
 )
 def test_settings_that_no_training_writes_are_refused(made, part):
