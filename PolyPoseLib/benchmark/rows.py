@@ -10,7 +10,7 @@ from PolyPoseLib import __version__
 from PolyPoseLib.benchmark.hidden_names import HiddenNames
 from PolyPoseLib.benchmark.measures import Measures
 from PolyPoseLib.benchmark.systems import file_part
-from PolyPoseLib.data.benchmark.job import CaseSource, RunJob
+from PolyPoseLib.data.benchmark.job import NOT_SEEN, CaseSource, RunJob
 from PolyPoseLib.errors import cut, one_line
 from PolyPoseLib.io.benchmark.benchmark_folder import FIELDS, LOGS, PICTURES, ROWS
 from PolyPoseLib.io.benchmark.row_files import Row
@@ -66,6 +66,7 @@ def row_of(job: RunJob, status: str, reason: str, measures: Measures) -> Row:
         **{name: _known(value) for name, value in dataclasses.asdict(measures).items()},
         "notes": [],
         "scores": {},
+        "trained_on": NOT_SEEN,
         "digest": job.digest,
         "case_digest": job.case.digest,
         "system_digest": job.system_digest,

@@ -23,7 +23,7 @@ from PolyPoseLib.benchmark.rows import unread_name
 from PolyPoseLib.benchmark.systems import NamedSystem
 from PolyPoseLib.benchmark.weights_given import PER_SUBJECT, given_weights
 from PolyPoseLib.cohort.child import end_children
-from PolyPoseLib.data.benchmark.job import DONE, UNREAD, CaseSource, KnownCase, RunJob, RunSettings
+from PolyPoseLib.data.benchmark.job import CT, DONE, TRUTH, UNREAD, CaseSource, KnownCase, RunJob, RunSettings
 from PolyPoseLib.data.benchmark.progress import RUNNING, BenchmarkProgress
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.benchmark.benchmark_folder import data_stamp
@@ -144,6 +144,7 @@ class _Plan:
         self._rows: dict[tuple[int, int, int], Row] = {}
         self._sources: dict[str, CaseSource] = {}
         self._warned: set[tuple[str, str]] = set()
+        self._trained: set[tuple[str, str]] = set()
         self._lock = threading.Lock()
 
     @property
@@ -230,6 +231,8 @@ class _Plan:
         """A run has ended."""
         if row["status"] != DONE:
             self._warn(row)
+        elif row.get("trained_on") in (CT, TRUTH):
+            self._warn_of_training(row)
         with self._lock:
             self._rows[key] = row
         self._tell({name: row[name] for name in ("case", "system", "status")}, reused)
@@ -244,6 +247,20 @@ class _Plan:
                     return
                 self._warned.add((what, row["reason"]))
         _LOG.warning("%s: %s", what, row["reason"])
+
+    def _warn_of_training(self, row: Row) -> None:
+        """Say once of a system and a subject that the scores are of a patient that it knows."""
+        known = row["system"], row["subject"]
+        with self._lock:
+            if known in self._trained:
+                return
+            self._trained.add(known)
+        _LOG.warning(
+            "%s was trained on %s of %s: its scores there say nothing of other patients, and its table marks them.",
+            row["system"],
+            "the true posture" if row["trained_on"] == TRUTH else "the CT",
+            row["subject"],
+        )
 
     def _tell(self, what: dict[str, str], reused: bool = False) -> None:
         with self._lock:

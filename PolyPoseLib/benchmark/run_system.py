@@ -17,8 +17,9 @@ from PolyPoseLib.benchmark.measures import Measures, measured
 from PolyPoseLib.benchmark.motion_checks import require_motion
 from PolyPoseLib.benchmark.rows import field_path, new_row_path, pictures_path, publishable, row_of
 from PolyPoseLib.benchmark.systems import SYSTEMS, load_system, require_packages
+from PolyPoseLib.benchmark.training_overlap import trained_on
 from PolyPoseLib.data.benchmark.case import BenchmarkCase
-from PolyPoseLib.data.benchmark.job import DONE, FAILED, SKIPPED, RunJob
+from PolyPoseLib.data.benchmark.job import DONE, FAILED, NOT_SEEN, SKIPPED, RunJob
 from PolyPoseLib.data.benchmark.system import Motion, SystemSetting
 from PolyPoseLib.errors import InputError, NotFiniteError, PolyPoseError, cut, is_out_of_memory, one_line
 from PolyPoseLib.evaluation.benchmark.scores import score_case
@@ -37,6 +38,7 @@ class _Attempt:
     measures: Measures = field(default_factory=Measures)
     scores: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    trained_on: str = NOT_SEEN
 
 
 class _CannotRun(Exception):
@@ -62,10 +64,12 @@ def main(argv: Sequence[str]) -> int:
     row = row_of(job, status, reason, attempt.measures)
     if status != DONE:
         print(f"polypose: {row['reason']}", file=sys.stderr, flush=True)
-    write_row(
-        new_row_path(job),
-        {**row, "notes": [publishable(each, job) for each in attempt.notes], "scores": attempt.scores},
-    )
+    found = {
+        "notes": [publishable(each, job) for each in attempt.notes],
+        "scores": attempt.scores,
+        "trained_on": attempt.trained_on,
+    }
+    write_row(new_row_path(job), {**row, **found})
     return 0
 
 
@@ -77,7 +81,9 @@ def _run(job: RunJob, attempt: _Attempt) -> None:
         _unless_it_cannot(lambda: require_packages(system))
     weights = {system.name: Path(job.weights)} if job.weights else {}
     settings = job.settings
-    setting = SystemSetting(settings.threads, settings.device, settings.seed, weights, _print_step)
+    setting = SystemSetting(
+        settings.threads, settings.device, settings.seed, weights, _print_step, case=case.name
+    )
     attempt.step = "The system failed"
     given = digest_of(case.study)
     with measured() as attempt.measures:
@@ -88,6 +94,8 @@ def _run(job: RunJob, attempt: _Attempt) -> None:
     require_motion(motion, case.study)
     attempt.notes = tuple(cut(one_line(str(each)), 500) for each in motion.notes)
     attempt.scores = score_case(case, motion)
+    if job.weights:
+        attempt.trained_on = trained_on(system.name, Path(job.weights), case)
     forget(job)  # a field or pictures of another run would lie beside this one's row
     for wanted, work in ((job.keep_field, _write_field), (job.draw, _draw)):
         if wanted:

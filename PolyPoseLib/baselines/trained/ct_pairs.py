@@ -1,4 +1,4 @@
-"""Training pairs from several CTs of a patient: every one against every other, in both directions.
+"""Training pairs from several CTs of a patient: every one against every other, in both directions, or some of these.
 
 The field between two CTs, which LiftReg's subspace and the held-out error need, is found by a 3D/3D registration:
 symmetric demons. It is a stand-in for a truth that nobody knows.
@@ -67,7 +67,12 @@ def demons_field(moving: Volume, fixed: Volume, side: int) -> DisplacementField:
 
 
 def ct_pairs(
-    cts: Sequence[Volume], cameras: Sequence[Camera], side: int, seed: int, projector: str = "auto"
+    cts: Sequence[Volume],
+    cameras: Sequence[Camera],
+    side: int,
+    seed: int,
+    projector: str = "auto",
+    wanted: Sequence[tuple[int, int]] | None = None,
 ) -> Iterator[TrainingPair]:
     """Pairs of one patient, each once.
 
@@ -83,6 +88,9 @@ def ct_pairs(
         Of the X-rays' noise.
     projector : {"auto", "rtk", "sum"}
         See :func:`PolyPoseLib.simulation.independent_projector.project`.
+    wanted : sequence of (int, int), optional
+        Numbers of the moving and the fixed CT of each pair; all pairs when None. A pair is the same with others beside
+        it and without.
 
     Raises
     ------
@@ -92,9 +100,10 @@ def ct_pairs(
     """
     if len(cts) < 2:
         raise InputError("Pairs of CTs need two CTs of a patient or more.")
-    rng = np.random.default_rng(seed)
     small = [review_camera(camera, PIXELS_PER_NODE * side)[0] for camera in cameras]
-    for moving, fixed in permutations(cts, 2):
+    for numbers in permutations(range(len(cts)), 2) if wanted is None else wanted:
+        moving, fixed = (cts[number] for number in numbers)
+        rng = np.random.default_rng((seed, *numbers))
         coarse = NetworkGrid.of(fixed, side).coarsened(fixed)
         mu = coarse.with_voxels(hounsfield_to_attenuation(coarse.voxels))
         views = []

@@ -13,6 +13,7 @@ from PolyPoseLib.baselines.trained.trained_weights import TrainedWeights, read_w
 from PolyPoseLib.data.benchmark.system import Motion, SystemSetting
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.errors import CancelledError, InputError
+from PolyPoseLib.rendering.select import resolve_device
 from PolyPoseLib.similarity.torch_threads import torch_threads
 
 
@@ -38,7 +39,8 @@ def fit_trained(
     Raises
     ------
     InputError
-        No weights, wrong ones, or of another number of X-rays, view angles or size of CT; an X-ray without a camera.
+        No weights, wrong ones, or of another number of X-rays, view angles or size of CT; an X-ray without a camera;
+        a GPU that is asked for and not there.
     CancelledError
         The caller cancelled.
 
@@ -50,6 +52,7 @@ def fit_trained(
             f"{system} needs weights that were trained for such CTs and X-rays: train them with {command}, and give "
             f"the file as the weights of {system}."
         )
+    device = resolve_device(setting.device)
     weights = read_weights(path, system, command)
     _ask(setting)
     setting.progress(0, 3, None)
@@ -68,11 +71,11 @@ def fit_trained(
             f"{path}: these weights do not fit their settings: train them with {command}."
         ) from error
     with torch_threads(setting.threads), torch.no_grad():
-        network = network.to(setting.device).eval()
-        moving = torch.from_numpy(scaled_ct(study.ct, grid))[None, None].to(setting.device)
+        network = network.to(device).eval()
+        moving = torch.from_numpy(scaled_ct(study.ct, grid))[None, None].to(device)
         _ask(setting)
         setting.progress(1, 3, None)
-        xrays = torch.from_numpy(lifted([views[number] for number in order], grid))[None].to(setting.device)
+        xrays = torch.from_numpy(lifted([views[number] for number in order], grid))[None].to(device)
         displacement = network(moving, xrays)[0].cpu().numpy()
     _ask(setting)
     setting.progress(2, 3, None)

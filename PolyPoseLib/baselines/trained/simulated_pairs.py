@@ -91,7 +91,7 @@ class SimulatedPatient:
             for image, camera in zip(case.images, case.cameras, strict=True)
         )
         points, moved = bone_points(case, seed)
-        return TrainingPair(self.ct, case.fixed_ct, views, self._field(case), points, moved)
+        return TrainingPair(self.ct, case.fixed_ct, views, self._field(case), points, moved, simulated=True)
 
     def _field(self, case: SimulatedCase) -> DisplacementField:
         """The true field on the coarse voxels: rigid in bones, the soft tissue's between them."""

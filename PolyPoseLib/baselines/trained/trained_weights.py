@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import re
 import stat
 import zipfile
 from collections.abc import Sequence
@@ -33,6 +34,8 @@ EXTENT_TOLERANCE = 0.15
 SIDES = tuple(range(16, 257, 16))
 """Nodes along an axis that both networks can halve four times."""
 
+_DIGEST = re.compile("[0-9a-f]{64}")
+
 
 @dataclass(frozen=True, eq=False)
 class TrainedWeights:
@@ -54,6 +57,9 @@ class TrainedWeights:
         Of the network.
     report : dict
         JSON-able: steps, pairs, mean error in mm of the held-out pairs, and of doing nothing to them.
+    cts : tuple[str, ...], optional
+        Digests of the CTs that it was trained on, by which a benchmark knows them again; None of files that were
+        written before there were any.
 
     """
 
@@ -64,6 +70,7 @@ class TrainedWeights:
     sources_mm: np.ndarray
     state: dict[str, Tensor]
     report: dict[str, Any] = field(default_factory=dict)
+    cts: tuple[str, ...] | None = None
 
     def require(self, grid: NetworkGrid, cameras: Sequence[Camera]) -> list[int]:
         """Which X-ray stands for each that the network was trained for.
@@ -94,6 +101,7 @@ class TrainedWeights:
                 "extent_mm": np.asarray(self.extent_mm, dtype=np.float64).tolist(),
                 "sources_mm": np.asarray(self.sources_mm, dtype=np.float64).tolist(),
                 "report": self.report,
+                "cts": None if self.cts is None else list(self.cts),
             },
             "state": {name: value.detach().cpu().contiguous() for name, value in self.state.items()},
         }
@@ -118,6 +126,7 @@ class TrainedWeights:
                 np.array(settings["sources_mm"], dtype=np.float64),
                 dict(state),
                 dict(settings["report"]),
+                None if settings.get("cts") is None else tuple(settings["cts"]),
             )
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RuntimeError) as error:
             if isinstance(error, InputError):
@@ -135,7 +144,8 @@ class TrainedWeights:
             (self.sources_mm[0] <= self.sources_mm[1]).all()
         )
         finite = all(bool(torch.isfinite(value).all()) for value in self.state.values())
-        if self.side not in SIDES or not unit or not extent or not sources or not finite:
+        cts = all(isinstance(each, str) and _DIGEST.fullmatch(each) for each in self.cts or ())
+        if self.side not in SIDES or not unit or not extent or not sources or not finite or not cts:
             raise InputError("its settings or weights are not those of a training")
 
 

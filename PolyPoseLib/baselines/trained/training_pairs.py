@@ -38,6 +38,8 @@ class TrainingPair:
         Fixed points, LPS mm, at which the error of held-out pairs is measured: of bones, say.
     moved : (M, 3) array
         Their displacement in mm.
+    simulated : bool
+        Whether the CT in the other posture was computed and is no scan of a patient.
 
     """
 
@@ -47,6 +49,7 @@ class TrainingPair:
     field: DisplacementField
     points: np.ndarray
     moved: np.ndarray
+    simulated: bool = False
 
     def __post_init__(self) -> None:
         """Check that the parts fit together; raises InputError."""

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from PolyPoseLib.baselines.trained.ct_digests import ct_digest
 from PolyPoseLib.baselines.trained.network_grid import NetworkGrid
 from PolyPoseLib.baselines.trained.training_pairs import Preparation, PreparedPair, TrainingPair
 from PolyPoseLib.baselines.trained.view_directions import directions_of, matched_views, sources_of
+from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 
 
@@ -30,6 +32,8 @@ class TrainingSet:
         Shortest and longest CT.
     sources_mm : (2, V, 3) array
         Least and largest coordinates of each view's source from the CT's middle.
+    cts : tuple[str, ...]
+        Digests of all CTs of patients, those of held-out pairs as well: they choose the weights.
 
     """
 
@@ -39,6 +43,7 @@ class TrainingSet:
     directions: np.ndarray
     extent_mm: np.ndarray
     sources_mm: np.ndarray
+    cts: tuple[str, ...]
 
     @classmethod
     def collected(
@@ -70,6 +75,7 @@ class TrainingSet:
         training, held_out = counts
         wanted = training + held_out
         prepare, prepared, extents, sources = Preparation(side), [], [], []
+        cts = _CtDigests()
         directions = None
         progress(0, wanted)
         while len(prepared) < wanted:
@@ -87,6 +93,7 @@ class TrainingSet:
             extents.append(grid.extent_mm)
             sources.append(sources_of(cameras, grid.middle))
             prepared.append(prepare(pair))
+            cts.add(pair)
             progress(len(prepared), wanted)
         if directions is None or len(prepared) < held_out + 2:
             raise InputError(
@@ -99,6 +106,7 @@ class TrainingSet:
             directions,
             np.stack([np.min(extents, axis=0), np.max(extents, axis=0)]),
             np.stack([np.min(sources, axis=0), np.max(sources, axis=0)]),
+            tuple(sorted(set(cts.digests))),
         )
 
     def fingerprint(self) -> str:
@@ -108,6 +116,21 @@ class TrainingSet:
             for values in (pair.moving, pair.fixed, pair.lifted, pair.displacement):
                 digest.update(values.numpy().tobytes())
         return digest.hexdigest()
+
+
+class _CtDigests:
+    """Digests of the CTs of pairs, one CT computed once while it is the same object."""
+
+    def __init__(self) -> None:
+        self.digests: list[str] = []
+        self._known: dict[int, Volume] = {}
+
+    def add(self, pair: TrainingPair) -> None:
+        """Take a pair's CTs, but none that was simulated."""
+        for ct in (pair.moving,) if pair.simulated else (pair.moving, pair.fixed):
+            if self._known.get(id(ct)) is not ct:
+                self._known[id(ct)] = ct
+                self.digests.append(ct_digest(ct))
 
 
 def _order(directions: np.ndarray, cameras: list, number: int) -> list[int]:

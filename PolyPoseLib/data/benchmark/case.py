@@ -54,6 +54,10 @@ class CaseTruth:
         {structure: (4, 4)} fixed to moving, LPS mm; empty where nobody knows them.
     held_out
         Views for scores in 2D.
+    ends
+        {structure: (N, 4) array}: of it only points x of the fixed posture, LPS mm, with
+        ``ends[:, :3] @ x <= ends[:, 3]`` are scored, in the truth, whose labels and masks end there already, and in
+        what a system answers. Structures that are not in it are scored everywhere.
     cameras
         The true cameras of the study's X-rays, in their order.
 
@@ -65,6 +69,7 @@ class CaseTruth:
     field: DisplacementField | None = None
     poses: Mapping[str, np.ndarray] = dataclasses.field(default_factory=dict)
     held_out: tuple[HeldOutView, ...] = ()
+    ends: Mapping[str, np.ndarray] = dataclasses.field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,10 @@ DONE, FAILED, SKIPPED = STATUSES = ("done", "failed", "skipped")
 UNREAD = "unread"
 """In place of the digest of a case that could not be read."""
 
+NOT_SEEN, UNKNOWN, CT, TRUTH = TRAINED_ON = ("", "unknown", "ct", "truth")
+"""Of a row: its weights were trained on no CT of its case as far as is known, do not say on which, on the CT that is
+registered, or on that of the X-rays' posture."""
+
 
 @dataclass(frozen=True)
 class CaseSource:

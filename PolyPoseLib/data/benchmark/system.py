@@ -33,6 +33,8 @@ class SystemSetting:
         Called with (iteration, of, similarity or None).
     cancelled
         Asked at every iteration; True stops the fit, by CancelledError.
+    case
+        Name of the case, by which what is drawn at random differs from case to case; empty outside of benchmarks.
 
     """
 
@@ -42,6 +44,7 @@ class SystemSetting:
     weights: Mapping[str, Path] = dataclasses.field(default_factory=dict)
     progress: Callable[[int, int, float | None], None] = lambda iteration, of, similarity: None
     cancelled: Callable[[], bool] = lambda: False
+    case: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,8 @@ from typing import Any, Literal
 
 Row = Mapping[str, Any]
 """One system on one case: "case", "dataset", "subject", "views", "system", "status" ("done", "failed" or "skipped"),
-"reason", "seconds", "cpu_seconds", "peak_memory_mib", "notes" and "scores", which is what score_case gives."""
+"reason", "seconds", "cpu_seconds", "peak_memory_mib", "notes", "trained_on" (one of TRAINED_ON; may be absent) and
+"scores", which is what score_case gives."""
 
 
 @dataclass(frozen=True)

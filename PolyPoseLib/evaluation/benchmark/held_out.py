@@ -12,6 +12,7 @@ from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.evaluation import metrics
+from PolyPoseLib.evaluation.benchmark.ends import before_ends
 from PolyPoseLib.evaluation.benchmark.label_masks import LabelMasks
 from PolyPoseLib.evaluation.benchmark.silhouettes import silhouette
 from PolyPoseLib.geometry.grid import bounding_box
@@ -73,7 +74,10 @@ def score_views(case: BenchmarkCase, warped: LabelMasks, minimum_mm2: float = MI
         A mask is not of its camera's size, or of a structure that has no labels.
 
     """
-    cut = {name: warped.mask(numbers, warped.box(numbers)) for name, numbers in case.labels.items()}
+    cut = {}
+    for name, numbers in case.labels.items():
+        mask = warped.mask(numbers, warped.box(numbers))
+        cut[name] = None if mask is None else before_ends(mask, case.truth.ends.get(name))
     views = {view.name: _score_view(case, view, cut, minimum_mm2) for view in case.truth.held_out}
     means = _over_views(case.labels, list(views.values()))
     shown = {name for view in case.truth.held_out for name in view.masks}

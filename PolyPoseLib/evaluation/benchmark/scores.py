@@ -13,6 +13,7 @@ from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.volume import Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.evaluation import metrics
+from PolyPoseLib.evaluation.benchmark.ends import before_ends
 from PolyPoseLib.evaluation.benchmark.held_out import MINIMUM_MM2, room_for, score_views
 from PolyPoseLib.evaluation.benchmark.label_masks import LabelMasks, joint_box
 from PolyPoseLib.evaluation.benchmark.smoothness import smoothness
@@ -47,7 +48,8 @@ def score_case(case: BenchmarkCase, motion: Motion, minimum_mm2: float = MINIMUM
 
         - "structures" {name: ...}: with true labels "dice" (0 to 1), "hd95_mm", "voxels" (of the truth), "lost" (the
           truth has it and the warped labels do not: the distance is then the diagonal of the truth's grid), "cut_off"
-          (it reaches an end of the CT's or of the truth's grid, and may go on beyond); with a true pose or field
+          (it reaches an end of the CT's or of the truth's grid, and may go on beyond), "trimmed" (it is scored only at
+          a distance from such an end, see :class:`CaseTruth`'s ends); with a true pose or field
           "tre_mean_mm", "tre_p95_mm", "tre_max_mm" over its voxels, "rest_tre_mean_mm" of doing nothing and, where
           the motion has a pose of it, "pose_tre_mean_mm".
         - "groups" {group: means over those of its structures that have the number, and "structures": how many have a
@@ -77,8 +79,10 @@ def score_case(case: BenchmarkCase, motion: Motion, minimum_mm2: float = MINIMUM
         true = LabelMasks(truth.labels)
         warped = warped_masks(source, motion.field, truth.labels)
         for name, numbers in case.labels.items():
-            structures[name] |= _overlap(true, warped, numbers)
-            structures[name]["cut_off"] = moving.reaches_end(numbers) or true.reaches_end(numbers)
+            ends = truth.ends.get(name)
+            structures[name] |= _overlap(true, warped, numbers, ends)
+            cut_off = (moving.reaches_end(numbers) and ends is None) or true.reaches_end(numbers)
+            structures[name] |= {"cut_off": cut_off, "trimmed": ends is not None}
         if not any(each["voxels"] for each in structures.values()):
             raise InputError(
                 f"{case.name}: none of its structures has a voxel in the true labels: number them as the CT's."
@@ -101,10 +105,14 @@ def warped_masks(source: Volume, field: DisplacementField, reference: Volume) ->
     return LabelMasks(warp_labels(source, field, reference, method="nearest"))
 
 
-def _overlap(true: LabelMasks, warped: LabelMasks, numbers: tuple[int, ...]) -> dict[str, Any]:
-    """Dice coefficient and distance of a structure; None where the truth does not have it."""
+def _overlap(
+    true: LabelMasks, warped: LabelMasks, numbers: tuple[int, ...], ends: np.ndarray | None
+) -> dict[str, Any]:
+    """Dice coefficient and distance of a structure before its ends; None where the truth does not have it."""
     box = joint_box(true.box(numbers), warped.box(numbers))
     first, second = true.mask(numbers, box), warped.mask(numbers, box)
+    if first is not None and second is not None:
+        first, second = before_ends(first, ends), before_ends(second, ends)
     if first is None or second is None or not first.voxels.any():
         return {"dice": None, "hd95_mm": None, "voxels": 0, "lost": False}
     lost = not second.voxels.any()

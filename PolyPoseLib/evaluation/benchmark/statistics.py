@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from PolyPoseLib.data.benchmark.job import UNREAD
+from PolyPoseLib.data.benchmark.job import CT, NOT_SEEN, TRAINED_ON, TRUTH, UNREAD
 from PolyPoseLib.evaluation.benchmark.columns import Column, Row, columns_of
 from PolyPoseLib.evaluation.benchmark.table_rows import table_rows
 
@@ -84,6 +84,8 @@ class Line:
         {(status, reason): number of cases} of those that it did not finish.
     unread
         How many of the cases could not be read, so that no system could finish them.
+    trained_on
+        {one of TRAINED_ON: number of subjects}: how far its weights know the subjects from their training.
 
     """
 
@@ -93,6 +95,12 @@ class Line:
     cells: Mapping[Key, Cell]
     reasons: Mapping[tuple[str, str], int]
     unread: int = 0
+    trained_on: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether it is scored on subjects that its weights were trained on."""
+        return self.trained_on.get(CT, 0) + self.trained_on.get(TRUTH, 0) > 0
 
     @property
     def is_whole(self) -> bool:
@@ -225,7 +233,16 @@ def _line(system: str, rows: Sequence[Row], columns: Sequence[Column], cases: in
     if absent:
         reasons["skipped", "it was not run on these"] = absent
     finished = {_case(row) for row in done}
-    return Line(system, len(finished), cases, cells, dict(reasons), unread)
+    return Line(system, len(finished), cases, cells, dict(reasons), unread, _trained_on(done))
+
+
+def _trained_on(rows: Sequence[Row]) -> dict[str, int]:
+    """Subjects by what weights know of them; of a subject with several cases the most counts."""
+    most: dict[str, int] = {}
+    for row in rows:
+        found = TRAINED_ON.index(row.get("trained_on", NOT_SEEN))
+        most[str(row["subject"])] = max(most.get(str(row["subject"]), 0), found)
+    return dict(Counter(TRAINED_ON[each] for each in most.values()))
 
 
 def _known(column: Column, lines: Sequence[Line]) -> dict[str, Cell]:

@@ -24,6 +24,7 @@ _ESCAPES = {
     "]": "{]}",
     "*": "{*}",
     "\u2020": r"\textsuperscript{\dag}",
+    "\u2021": r"\textsuperscript{\ddag}",
     **{each: f"\\{each}" for each in "{}$&#%_"},
 }
 _SPECIAL = re.compile("[" + re.escape("".join(_ESCAPES)) + "]")

@@ -121,9 +121,8 @@ def _wide(table: Table) -> str:
             cell = line.cells.get(column.key)
             values += [None, None, 0] if cell is None else [cell.mean, cell.sd, len(cell.values)]
             values.append(_rank(table, column.key, line.system))
-        lines.append(
-            [table.dataset, table.views, line.system, line.done, line.cases, *values, words.remarks(line)]
-        )
+        remarks = "; ".join(filter(None, (words.training(line, table.subjects), words.remarks(line))))
+        lines.append([table.dataset, table.views, line.system, line.done, line.cases, *values, remarks])
     return _csv_text(lines)
 
 

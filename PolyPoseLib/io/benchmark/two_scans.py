@@ -15,6 +15,7 @@ from PolyPoseLib.data.volume import Volume, hounsfield_to_attenuation
 from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
+from PolyPoseLib.io.benchmark.cut_ends import cut_at_ends
 from PolyPoseLib.io.benchmark.shadow_masks import ShadowMasks
 from PolyPoseLib.io.benchmark.view_sets import ViewSet
 from PolyPoseLib.simulation.anchor_alignment import align_anchor
@@ -56,6 +57,8 @@ class TwoScans:
         For the study.
     pair
         What the case is called after where a subject has several pairs of scans; empty where the subject's name does.
+    ends
+        {structure or organ: planes beyond which it is not scored}, see :class:`CaseTruth`.
 
     """
 
@@ -71,6 +74,7 @@ class TwoScans:
     aligned: bool = False
     warnings: tuple[str, ...] = ()
     pair: str = ""
+    ends: Mapping[str, np.ndarray] = dataclasses.field(default_factory=dict)
 
 
 def render_cases(scans: TwoScans, sets: Sequence[ViewSet]) -> Iterator[BenchmarkCase]:
@@ -129,7 +133,10 @@ class Scene:
             if there.intersection(numbers)
         }
         if not scored:
-            raise InputError("the two scans have no label in common: segment both by the same program.")
+            raise InputError(
+                "the two scans have no label in common but of what an end of the first cuts off: segment both by the "
+                "same program, or give a CT that shows more."
+            )
         parts = {
             "ct": scans.moving,
             "structures": structures,
@@ -182,7 +189,9 @@ class Scene:
             study=Study(xrays=xrays, warnings=scans.warnings, **self.study_parts),
             labels=self.scored,
             groups=groups_of(scans.structures, scans.organs, self.scored),
-            truth=CaseTruth(cameras, labels=scans.fixed_labels, ct=scans.fixed, held_out=held_out),
+            truth=CaseTruth(
+                cameras, labels=scans.fixed_labels, ct=scans.fixed, held_out=held_out, ends=scans.ends
+            ),
             projector=projector,
         )
 
@@ -244,11 +253,9 @@ def _in_one_world(scans: TwoScans) -> TwoScans:
     fixed, labels = (
         Volume(each.voxels, found.to_first @ each.affine) for each in (scans.fixed, scans.fixed_labels)
     )
-    # Where an end of the earlier scan cuts a structure off, no system can know how it goes on: that is not scored.
-    cut_off = _at_ends(scans.moving_labels.voxels)
-    labels = _without_outside(labels, cut_off, scans.moving)
+    labels, ends = cut_at_ends(scans.moving_labels, labels, {**scans.structures, **scans.organs})
     return dataclasses.replace(
-        scans, fixed=fixed, fixed_labels=labels, aligned=True, warnings=(*scans.warnings, *told)
+        scans, fixed=fixed, fixed_labels=labels, ends=ends, aligned=True, warnings=(*scans.warnings, *told)
     )
 
 
@@ -268,13 +275,3 @@ def _at_ends(voxels: np.ndarray) -> list[int]:
     """Labels in the first or last layer of voxels along any axis."""
     layers = [np.unique(np.take(voxels, (0, -1), axis=axis)) for axis in range(3)]
     return np.unique(np.concatenate(layers)).tolist()
-
-
-def _without_outside(labels: Volume, numbers: Sequence[int], ct: Volume) -> Volume:
-    """A label map in which some labels are background wherever they lie outside of another grid."""
-    k, j, i = np.nonzero(np.isin(labels.voxels, [number for number in numbers if number]))
-    index = ct.to_index(labels.to_world(np.stack([i, j, k], axis=-1)))
-    outside = ((index < -0.5) | (index > np.array(ct.shape[::-1]) - 0.5)).any(axis=1)
-    kept = labels.voxels.copy()
-    kept[k[outside], j[outside], i[outside]] = 0
-    return labels.with_voxels(kept)

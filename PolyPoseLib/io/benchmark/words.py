@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from PolyPoseLib.data.benchmark.job import CT, TRUTH, UNKNOWN
 from PolyPoseLib.errors import cut, one_line
 from PolyPoseLib.evaluation.benchmark.columns import Column, Row
 from PolyPoseLib.evaluation.benchmark.statistics import (
@@ -22,6 +23,9 @@ LONGEST_REASON = 300
 
 DAGGER = "\u2020"
 """What does not cover every case."""
+
+DOUBLE_DAGGER = "\u2021"
+"""What was trained on subjects of the table."""
 
 MEANINGS = {
     "Dice": "overlap with the truth, from 0 to 1",
@@ -61,9 +65,20 @@ def mean_sd(column: Column, cell: Cell | None) -> str:
 
 
 def name(line: Line) -> str:
-    """A system's name, with a dagger where it did not finish every case."""
+    """A system's name, with daggers where it did not finish every case or was trained on subjects of the table."""
     mark = "" if line.is_whole or not line.done else DAGGER
-    return one_line(line.system) + mark
+    return one_line(line.system) + mark + DOUBLE_DAGGER * line.is_seen
+
+
+def training(line: Line, subjects: int) -> str:
+    """On how many of so many subjects it was trained: "trained on 2 of 5 subjects"; empty where on none."""
+    known = line.trained_on.get(CT, 0) + line.trained_on.get(TRUTH, 0)
+    parts = [f"trained on {known} of {counted(subjects, 'subject')}"] if known else []
+    if truths := line.trained_on.get(TRUTH, 0):
+        parts.append(f"with the true posture of {truths}")
+    if line.trained_on.get(UNKNOWN, 0):
+        parts.append("its weights do not say on which CTs they were trained")
+    return ", ".join(parts)
 
 
 def remarks(line: Line) -> str:
@@ -100,6 +115,17 @@ def notes(table: Table, rows: Sequence[Row]) -> list[str]:
             f"{table.unread} of {counted(table.subjects, 'subject')} could not be read: no system has scores there, "
             "and no rank depends on it."
         )
+    sentences += [
+        f"{DOUBLE_DAGGER} Scored on patients that it knows, which says nothing of others: {one_line(line.system)} was "
+        f"{training(line, table.subjects)}."
+        for line in table.lines
+        if line.is_seen
+    ]
+    sentences += [
+        f"{one_line(line.system)} may have been trained on these subjects: {training(line, table.subjects)}."
+        for line in table.lines
+        if line.trained_on.get(UNKNOWN, 0) and not line.is_seen
+    ]
     if any(not line.is_whole and line.done for line in table.lines):
         sentences.append(
             f"{DAGGER} Not finished on every case: the means are over the cases that it finished. Ranks and tests "
@@ -118,6 +144,12 @@ def notes(table: Table, rows: Sequence[Row]) -> list[str]:
         sentences.append(
             "Reaching an end of the CT's or of the truth's grid, where both may show different parts: "
             f"{', '.join(map(one_line, cut_off))}."
+        )
+    trimmed = sorted({each for scores in _scores(rows) for each in _marked(scores, "trimmed")})
+    if trimmed:
+        sentences.append(
+            "Cut off by an end of a CT, and scored there only at a distance from that end: "
+            f"{', '.join(map(one_line, trimmed))}."
         )
     lost = {
         line.system: count

@@ -47,6 +47,31 @@ def test_what_is_finished_is_not_run_again_until_something_changes(home):
     assert rows[0]["status"] == "done" and not rows[0]["notes"]
 
 
+def test_a_system_is_told_the_case_for_what_it_draws_at_random(home):
+    home, _ = home
+    (row,) = run(home, "my_systems:Names")
+    assert row["notes"] == [row["case"]]
+
+
+def test_a_system_that_knows_the_subject_is_told_of_once_and_in_its_row(home, monkeypatch, caplog):
+    home, started = home
+    (home / "weights").write_text("trained")
+    asked = []
+    monkeypatch.setattr(run_system, "trained_on", lambda *given: asked.append(given) or "truth")
+    given = {"views": ("own", "2x30"), "weights": {"w": home / "weights"}}
+    rows = run(home, "rest", "w=my_systems:Weighs", **given)
+    assert [row["trained_on"] for row in rows] == ["", "truth", "", "truth"]
+    assert [(name, path.name, case.subject) for name, path, case in asked] == [
+        ("mine", "weights", "case-1")
+    ] * 2
+    assert caplog.text.count("w was trained on the true posture of case-1") == 1
+    # A row that is kept says so, too.
+    started.clear()
+    caplog.clear()
+    assert run(home, "rest", "w=my_systems:Weighs", **given) == rows and not started
+    assert caplog.text.count("w was trained on the true posture of case-1") == 1
+
+
 REASONS = {
     "Raises": ("failed", "The system failed: ZeroDivisionError: of "),
     "Leaves": ("failed", "The system failed: SystemExit: 0"),

@@ -88,6 +88,11 @@ class Weighs(Mine):
         return Motion(super().fit(study, setting).field, notes=(setting.weights[self.name].read_text(),))
 
 
+class Names(Mine):
+    def fit(self, study, setting):
+        return Motion(super().fit(study, setting).field, notes=(setting.case,))
+
+
 class Fits(Weighs):
     def fit(self, study, setting):
         if setting.weights[self.name].read_text() != "good":

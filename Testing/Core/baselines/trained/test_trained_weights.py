@@ -12,8 +12,11 @@ import trained_case
 
 from PolyPoseLib.baselines.liftreg import LiftReg
 from PolyPoseLib.baselines.regnet import RegNet
+from PolyPoseLib.baselines.trained import trained_weights
+from PolyPoseLib.baselines.trained.ct_digests import ct_digest
 from PolyPoseLib.baselines.trained.trained_weights import TrainedWeights, read_weights
 from PolyPoseLib.baselines.trained.training import Training, TrainingPlan
+from PolyPoseLib.baselines.trained.training_set import TrainingSet
 from PolyPoseLib.data.benchmark.system import SystemSetting
 from PolyPoseLib.data.progress import Monitor
 from PolyPoseLib.data.volume import Volume
@@ -52,6 +55,32 @@ def test_saved_is_loaded(made, tmp_path, system):
     assert (motion.field.spacing <= 4 + 1e-9).all() and len(motion.notes) == 1
 
 
+def test_the_cts_of_a_training_are_known_again(made, tmp_path):
+    """The phantom alone: the other postures were simulated and are nobody's CTs."""
+    ct = trained_case.study().ct
+    for system, weights in made.items():
+        assert weights.cts == (ct_digest(ct),)
+        assert read_weights(saved(weights, tmp_path / system), system, "train").cts == weights.cts
+
+
+def test_scans_in_both_postures_are_recorded():
+    pair = next(trained_case.pairs())
+    found = TrainingSet.collected(iter([dataclasses.replace(pair, simulated=False)] * 3), (2, 1), 16)
+    assert set(found.cts) == {ct_digest(pair.moving), ct_digest(pair.fixed)} and len(found.cts) == 2
+
+
+@pytest.mark.parametrize("absent", [True, False], ids=["none then", "not known"])
+def test_weights_of_before_are_loaded_and_say_no_cts(made, tmp_path, absent):
+    old = dataclasses.replace(made["liftreg"], cts=None)
+    fields = old.to_fields()
+    if absent:
+        del fields["settings"]["cts"]
+        fields["digest"] = trained_weights._digest(fields)
+    torch.save(fields, tmp_path / "weights.pt")
+    assert read_weights(tmp_path / "weights.pt", "liftreg", "train").cts is None
+    assert fitted(tmp_path / "weights.pt", trained_case.study()).notes
+
+
 def test_the_order_of_the_xrays_does_not_matter(made, tmp_path):
     path = saved(made["2d3d-regnet"], tmp_path / "weights.pt")
     one = trained_case.study()
@@ -73,6 +102,15 @@ def test_cancelled(made, tmp_path):
     path = saved(made["liftreg"], tmp_path / "weights.pt")
     with pytest.raises(CancelledError):
         fitted(path, trained_case.study(), cancelled=lambda: True)
+
+
+@pytest.mark.parametrize("system", ["liftreg", "2d3d-regnet"])
+def test_a_gpu_that_is_not_there_is_no_crash(made, tmp_path, system, monkeypatch):
+    """The row of a benchmark then says "skipped", and what to do, as for every other system."""
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    path = saved(made[system], tmp_path / "weights.pt")
+    with pytest.raises(InputError, match='torch finds no CUDA device: give "cpu"'):
+        fitted(path, trained_case.study(), system, device="cuda")
 
 
 def test_progress_ends_at_its_end(made, tmp_path):
@@ -225,6 +263,7 @@ def test_changed_weights_are_refused(made, change, sentence):
         {"sources_mm": np.stack([np.ones((2, 3)), np.zeros((2, 3))])},
         {"sources_mm": np.full((2, 2, 3), np.nan)},
         {"state": {"weight": torch.tensor([float("nan")])}},
+        {"cts": ("HN_P001",)},
     ],
 )
 def test_settings_that_no_training_writes_are_refused(made, part):

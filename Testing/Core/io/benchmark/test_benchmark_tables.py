@@ -121,6 +121,39 @@ def test_tables_by_structure_say_where_cases_are_missing(tmp_path):
     assert part.count("it did not finish every case") == 1
 
 
+def test_structures_that_an_end_of_a_ct_cuts_off_are_named(tmp_path):
+    rows = [row("a", f"s{n}", 0.5) for n in range(2)]
+    rows[1]["scores"]["structures"]["rib"] = {"dice": 0.7, "cut_off": False, "trimmed": True}
+    write_tables(rows, tmp_path)
+    text = (tmp_path / "table-drawn-2x30.md").read_text(encoding="utf-8")
+    assert "scored there only at a distance from that end: rib." in text and "Reaching an end" not in text
+
+
+def test_a_system_that_knows_its_subjects_is_marked(tmp_path):
+    """By the subject, of which s0 has two cases."""
+    cases = [("s0", "one", "ct"), ("s0", "two", "truth"), ("s1", "one", "ct"), ("s2", "one", "")]
+    rows = [
+        row(system, subject, 0.5, case=f"{subject}-{case}", trained_on=known(found))
+        for system, known in {
+            "liftreg": str,
+            "2d3d-regnet": lambda _: "unknown",
+            "rest": lambda _: "",
+        }.items()
+        for subject, case, found in cases
+    ]
+    write_tables(rows, tmp_path)
+    text = (tmp_path / "table-drawn-2x30.md").read_text(encoding="utf-8")
+    assert "| liftreg\u2021 | 4/4 |" in text and "| 2d3d-regnet | 4/4 |" in text and "| rest | 4/4 |" in text
+    assert "liftreg was trained on 2 of 3 subjects, with the true posture of 1." in text
+    assert "2d3d-regnet may have been trained on these subjects: its weights do not say" in text
+    assert "rest may" not in text and "rest was" not in text
+    latex = (tmp_path / "table-drawn-2x30.tex").read_text(encoding="utf-8")
+    assert "liftreg\\textsuperscript{\\ddag}" in latex and "trained on 2 of 3 subjects" in latex
+    table = {line["system"]: line for line in read(tmp_path / "table-drawn-2x30.csv")}
+    assert table["liftreg"]["remarks"] == "trained on 2 of 3 subjects, with the true posture of 1"
+    assert table["rest"]["remarks"] == ""
+
+
 def test_own_x_rays_of_a_simulated_case_are_called_so(tmp_path):
     write_tables([row("a", "s0", 0.5, views="own-3x90")], tmp_path)
     text = (tmp_path / "table-drawn-own-3x90.md").read_text(encoding="utf-8")
