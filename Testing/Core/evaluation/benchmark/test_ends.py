@@ -56,8 +56,8 @@ def test_truth_and_answer_end_alike_in_3d_and_in_2d():
     field = scored_case.field_of(np.eye(4))
     wrong = np.where(scored_case.world_points(field.affine, field.shape)[..., 2:] > 14.5, 40.0, 0)
     answer = Motion(dataclasses.replace(field, vectors=field.vectors + wrong * [1.0, 0, 0]))
-    scores = score_case(ended, answer, minimum_pixels=20)
-    of_whole = score_case(case, answer, minimum_pixels=20)
+    scores = score_case(ended, answer, minimum_mm2=20)
+    of_whole = score_case(case, answer, minimum_mm2=20)
     femur = scores["structures"]["femur"]
     assert femur["dice"] > 0.9 > of_whole["structures"]["femur"]["dice"] + 0.1
     assert femur["trimmed"] and not of_whole["structures"]["femur"]["trimmed"]

@@ -143,7 +143,7 @@ def test_a_structure_that_the_planning_ct_cuts_off_is_scored_where_it_is_known(t
     points = truth.to_world(np.argwhere(truth.voxels == LIVER)[:, ::-1])
     lowest = moved(short, np.zeros(3))[2]
     assert points[:, 2].min() > lowest + 8 and points[:, 2].max() > lowest + 20
-    scores = score_case(case, Motion(field_of(np.eye(4))), minimum_pixels=20)
+    scores = score_case(case, Motion(field_of(np.eye(4))), minimum_mm2=20)
     assert scores["structures"]["liver"]["dice"] > 0.85 and scores["structures"]["liver"]["hd95_mm"] < 4
     assert scores["held_out"]["structures"]["liver"]["dice"] > 0.85
 

@@ -31,7 +31,7 @@ def test_the_true_motion_of_what_the_ct_cuts_off_scores_one(motion, organ, least
     """The CT's end moves with the bone: cut where it stands, the truth held a slab that no system could get right."""
     names = (("skull",), ("femur_left",)) if organ else (("skull", "femur_left"),)
     case = case_of(motion, -22.0, *names)
-    true, rest = (score_case(case, answer(each), minimum_pixels=50) for each in (motion, REST))
+    true, rest = (score_case(case, answer(each), minimum_mm2=50) for each in (motion, REST))
     best, nothing = (each["structures"]["femur_left"] for each in (true, rest))
     assert best["dice"] > least and best["hd95_mm"] <= SPACING
     assert nothing["dice"] < best["dice"] - 0.05 and nothing["hd95_mm"] > 5
