@@ -14,6 +14,7 @@ from PolyPoseLib.data.options import Options
 from PolyPoseLib.data.paper_options import PUBLISHED
 from PolyPoseLib.data.progress import CancelQuery, Monitor, ProgressCallback
 from PolyPoseLib.data.result import CameraResult, Result, StructureResult, installed_versions
+from PolyPoseLib.data.segmentation import labels_present
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.view_names import view_name
 from PolyPoseLib.data.volume import Volume
@@ -46,7 +47,6 @@ from PolyPoseLib.registration.memory import needed_memory
 from PolyPoseLib.registration.outputs import (
     TRANSFORM_MM,
     Warped,
-    labels_of,
     render_views,
     warp_study,
     warped_source,
@@ -307,7 +307,7 @@ def _result(study: Study, options: Options, run: Run, fitted: _Fitted) -> Result
         inverse_transform=warped.inverse,
         soft_tissue_deviation_mm=run.soft_tissue.deviation_mm,
         structure_labels=Volume(study.structures.labels, study.ct.affine),
-        segmentation_labels=labels_of(warped_source(study)),
+        segmentation_labels=tuple(labels_present(warped_source(study).voxels).tolist()),
         renderings_before=renderings[0],
         renderings_after=renderings[1],
         xray_images=[xray.image for xray in fitted.cameras.xrays],

@@ -5,11 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from PolyPoseLib.data.benchmark.case import BenchmarkCase
-from PolyPoseLib.data.benchmark.job import CT, NOT_SEEN, TRUTH, UNKNOWN
+from PolyPoseLib.data.benchmark.job import CT, NOT_SEEN, TRAINED_SYSTEMS, TRUTH, UNKNOWN
 from PolyPoseLib.errors import InputError
-
-SYSTEMS = ("liftreg", "2d3d-regnet")
-"""Those whose weights know the CTs of their training."""
 
 
 def trained_on(system: str, weights: Path, case: BenchmarkCase) -> str:
@@ -27,10 +24,10 @@ def trained_on(system: str, weights: Path, case: BenchmarkCase) -> str:
     Returns
     -------
     str
-        One of ``TRAINED_ON``. Systems other than SYSTEMS, and weights that no longer can be read, say nothing.
+        One of ``TRAINED_ON``. Systems other than TRAINED_SYSTEMS, and weights that no longer can be read, say nothing.
 
     """
-    if system not in SYSTEMS:
+    if system not in TRAINED_SYSTEMS:
         return NOT_SEEN
     from PolyPoseLib.baselines.trained.ct_digests import ct_digest
     from PolyPoseLib.baselines.trained.fitting import training_command

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from PolyPoseLib.benchmark.systems import SYSTEMS
+from PolyPoseLib.data.benchmark.job import TRAINED_SYSTEMS
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.io.files import refuse_special_file
 
@@ -66,7 +67,7 @@ def _require_content(system: str, path: Path) -> None:
         from PolyPoseLib.io.camera_models import load_model
 
         load_model(path)
-    elif system in ("liftreg", "2d3d-regnet"):
+    elif system in TRAINED_SYSTEMS:
         from PolyPoseLib.baselines.trained.fitting import training_command
         from PolyPoseLib.baselines.trained.trained_weights import read_weights
 

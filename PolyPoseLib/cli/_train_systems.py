@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.cli._arguments import merged_options
 from PolyPoseLib.cli._console import progress_display
+from PolyPoseLib.data.benchmark.job import TRAINED_SYSTEMS
 from PolyPoseLib.errors import InputError, UntrustedResultError
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 _LOG = logging.getLogger(__name__)
 
 CAMERAS = "cameras"
-SYSTEMS = ("liftreg", "2d3d-regnet")
 
 PAIRS, HELD_OUT = 200, 12
 """Default pairs to train on, and to hold out; of pairs of CTs, see pair_split."""
@@ -38,7 +38,7 @@ def add_system_arguments(parser: argparse.ArgumentParser) -> None:
     """What is trained, and on what."""
     parser.add_argument(
         "--system",
-        choices=(CAMERAS, *SYSTEMS),
+        choices=(CAMERAS, *TRAINED_SYSTEMS),
         default=CAMERAS,
         help="what to train: initial cameras, or a system of the benchmark (default: cameras)",
     )

@@ -121,12 +121,6 @@ def warped_source(study: Study) -> Volume:
     return study.source_segmentation or Volume(study.structures.labels, study.ct.affine)
 
 
-def labels_of(source: Volume) -> tuple[int, ...]:
-    """The numbers above 0 of a label map, ascending; one slice at a time to save memory."""
-    seen = set().union(*(np.unique(section).tolist() for section in source.voxels))
-    return tuple(sorted(number for number in seen if number > 0))
-
-
 def _resampling_device(device: torch.device | None) -> torch.device | None:
     """Where torch resamples and inverts: a GPU. On a CPU SimpleITK takes a fifth of its time, loops a tenth."""
     return device if device is not None and device.type == "cuda" else None

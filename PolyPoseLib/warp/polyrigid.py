@@ -34,6 +34,7 @@ import torch
 from torch import Tensor
 from torch.utils.checkpoint import checkpoint
 
+from PolyPoseLib.data.options import USUAL_EPSILON
 from PolyPoseLib.errors import InputError, NotFiniteError
 from PolyPoseLib.geometry import se3
 from PolyPoseLib.warp.weights import DistanceMaps, WeightForm, weights
@@ -120,7 +121,7 @@ class PolyrigidWarp:
         poses: Tensor | np.ndarray,
         frame: WeightFrame = "moving",
         form: WeightForm = "rigid",
-        epsilon: float = 0.1,
+        epsilon: float = USUAL_EPSILON,
         center: np.ndarray | None = None,
         rotation_falloff: RotationFalloff | None = None,
     ) -> None:

@@ -16,6 +16,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import grid_sample
 
+from PolyPoseLib.data.options import USUAL_EPSILON
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.grid import covering_grid, require_grid
 from PolyPoseLib.warp.distances import distance_at_nodes, distance_at_voxels
@@ -192,7 +193,9 @@ def distance_maps(
     return DistanceMaps(signed, grid)
 
 
-def weights(distance: Tensor, share: Tensor, form: WeightForm = "rigid", epsilon: float = 0.1) -> Tensor:
+def weights(
+    distance: Tensor, share: Tensor, form: WeightForm = "rigid", epsilon: float = USUAL_EPSILON
+) -> Tensor:
     """Weights of the structures' motions, which sum to 1 at every point.
 
     Parameters

@@ -13,6 +13,7 @@ import vtk
 from slicer.i18n import tr as _
 from vtkmodules.util.numpy_support import numpy_to_vtk
 
+from PolyPoseLib.data.options import USUAL_EPSILON
 from PolyPoseLib.errors import InputError
 
 from . import layouts
@@ -139,7 +140,7 @@ class Weighting:
     """How the warp weighs structures, as in PolyPoseLib.data.options."""
 
     form: str = "rigid"
-    epsilon: float = 0.1
+    epsilon: float = USUAL_EPSILON
 
 
 def structure_weight(

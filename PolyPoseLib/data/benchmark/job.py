@@ -7,6 +7,9 @@ from dataclasses import dataclass
 DATASETS = ("deepfluoro", "headneck", "thoraxcbct", "simulated")
 """Layouts that are read."""
 
+TRAINED_SYSTEMS = ("liftreg", "2d3d-regnet")
+"""Whose weights ``polypose train`` makes; they know the CTs of their training."""
+
 DONE, FAILED, SKIPPED = STATUSES = ("done", "failed", "skipped")
 """Of a row: with scores, without by its own fault, without because it cannot run here."""
 

@@ -8,6 +8,7 @@ import numpy as np
 import torch
 
 from PolyPoseLib.data.displacement_field import DisplacementField
+from PolyPoseLib.data.options import USUAL_EPSILON
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.grid import covering_grid
 from PolyPoseLib.registration.fit.soft_modes import DEVIATION_MM, SoftModes
@@ -54,7 +55,7 @@ class SoftTissue:
         scene: Scene,
         frame: WeightFrame = "moving",
         form: WeightForm = "rigid",
-        epsilon: float = 0.1,
+        epsilon: float = USUAL_EPSILON,
         rotation_reach_mm: float | None = None,
         device: torch.device | None = None,
     ) -> None:
