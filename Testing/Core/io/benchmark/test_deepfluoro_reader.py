@@ -176,6 +176,16 @@ def test_a_pose_that_no_convention_explains_is_told_with_its_file(change, told, 
         list(deepfluoro.cases(tmp_path, "subject01", []))
 
 
+@pytest.mark.parametrize(("subject", "number"), [("subject01", 3), ("subject04", 4)])
+def test_frames_whose_published_poses_are_questionable_are_refused_and_not_scored(subject, number, tmp_path):
+    specimen = {"subject01": "17-1882", "subject04": "18-2799"}[subject]
+    path = replica.write_hdf5(tmp_path / "doubted.h5", specimen, frames=(number, 9, 10))
+    with pytest.raises(InputError, match=rf"frame {number} of {subject} has a questionable published pose"):
+        list(deepfluoro.cases(path, subject, [f"9+{number}"]))
+    (case,) = deepfluoro.cases(path, subject, ["10"])
+    assert {view.name.split(",")[0] for view in case.truth.held_out} == {"frame 009"}
+
+
 def _changed(file, tmp_path, change):
     """A copy of the replica, without most of its pictures, that was changed."""
     path = tmp_path / "changed.h5"
