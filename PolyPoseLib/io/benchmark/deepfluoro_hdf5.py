@@ -193,6 +193,6 @@ def _check_depth(poses: H5Group, camera: Camera, at: CtPlace, distance_mm: float
     """Refuse a pose that does not put the CT between source and detector; raises InputError."""
     if not is_between(camera, at, distance_mm):
         raise InputError(
-            f"{poses.where}: the CT's middle lies {camera.depth(at.middle):.4g} mm from the source, the detector {distance_mm:.4g} mm: "
-            "the poses are in another unit, or of another specimen."
+            f"{poses.where}: the CT's middle lies {camera.depth(at.middle):.4g} mm from the source, the detector "
+            f"{distance_mm:.4g} mm: the poses are in another unit, or of another specimen."
         )

@@ -1,6 +1,6 @@
 """DeepFluoro in small: the file's own layout at its own size, and the folder that is made of it, from formulas.
 
-A point X of a bone's CT lands at K E P^-1 (X + H), P being "cam-to-...-vol" (hdf5_layouts/Readme.md) and H half a voxel:
+A point X of a bone's CT lands at K E P^-1 (X + H), P being "cam-to-...-vol" (hdf5_layouts/Readme.md), H half a voxel:
 the published poses were found by a renderer that put voxels half a voxel from where they are (xreg takes it out). K has
 negative focal lengths, and the camera's z points to the source. Pictures are of balls, whose chords are known; nothing
 of the program is used.
