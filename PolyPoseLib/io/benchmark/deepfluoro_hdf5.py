@@ -17,14 +17,22 @@ from PolyPoseLib.data.volume import AIR_HU, Volume
 from PolyPoseLib.errors import InputError
 from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.rigid import require_rigid, rigid_inverse
-from PolyPoseLib.io.benchmark.fluoro_frames import SPECIMENS, FluoroSubject, Frame, as_seen, source_view
+from PolyPoseLib.io.benchmark.fluoro_frames import (
+    DISTANCE_RANGE_MM,
+    SPECIMENS,
+    CtPlace,
+    FluoroSubject,
+    Frame,
+    as_seen,
+    is_between,
+    source_view,
+    true_to_camera,
+)
 from PolyPoseLib.io.benchmark.h5_values import H5Group, opened
 from PolyPoseLib.io.benchmark.named_labels import on_scan_grid
 from PolyPoseLib.io.volumes import SPACING_RANGE_MM
 
 PARAMETERS = "proj-params"
-DISTANCE_RANGE_MM = (300.0, 3000.0)
-"""From a C-arm's source to its detector."""
 
 _POSES = {
     "pelvis": "cam-to-pelvis-vol",
@@ -63,13 +71,14 @@ def read_subject(path: Path, specimen: str) -> FluoroSubject:
         if not frames:
             raise InputError(f"{projections.where}: it holds no frame: copy or download the file again.")
         spacing = _pixel_spacing(file.group(PARAMETERS))
+    at = CtPlace(ct.bounds_center, 0.5 * ct.affine[:3, :3].sum(axis=1))
     return FluoroSubject(
         ct=Volume(voxels, ct.affine),
         labels=labels,
         frames=frames,
         pixel_spacing_mm=spacing,
-        read_frame=functools.partial(_read_frame, path, specimen, ct.bounds_center),
-        read_cameras=functools.partial(_read_cameras, path, specimen, ct.bounds_center),
+        read_frame=functools.partial(_read_frame, path, specimen, at),
+        read_cameras=functools.partial(_read_cameras, path, specimen, at),
         warnings=warnings,
     )
 
@@ -107,19 +116,19 @@ def _pixel_spacing(parameters: H5Group) -> tuple[float, float]:
     return pitch
 
 
-def _read_cameras(path: Path, specimen: str, near: np.ndarray, number: int) -> Mapping[str, Camera]:
+def _read_cameras(path: Path, specimen: str, at: CtPlace, number: int) -> Mapping[str, Camera]:
     """Cameras of a frame in the worlds of its bones."""
     with opened(path) as file:
         frame = file.group(specimen, "projections", f"{number:03d}")
-        return _cameras(file.group(PARAMETERS), frame, near)[0]
+        return _cameras(file.group(PARAMETERS), frame, at)[0]
 
 
-def _read_frame(path: Path, specimen: str, near: np.ndarray, number: int) -> Frame:
+def _read_frame(path: Path, specimen: str, at: CtPlace, number: int) -> Frame:
     """A frame with its picture."""
     with opened(path) as file:
         parameters = file.group(PARAMETERS)
         frame = file.group(specimen, "projections", f"{number:03d}")
-        cameras, mirrored, turned = _cameras(parameters, frame, near)
+        cameras, mirrored, turned = _cameras(parameters, frame, at)
         shape = (cameras["pelvis"].height, cameras["pelvis"].width)
         image = frame.group("image").numbers("pixels", dimensions=2)
         drawn = frame.group("gt-seg").numbers("pixels", dimensions=2) if "gt-seg" in frame else None
@@ -136,7 +145,7 @@ def _read_frame(path: Path, specimen: str, near: np.ndarray, number: int) -> Fra
     )
 
 
-def _cameras(parameters: H5Group, frame: H5Group, near: np.ndarray) -> tuple[dict[str, Camera], bool, bool]:
+def _cameras(parameters: H5Group, frame: H5Group, at: CtPlace) -> tuple[dict[str, Camera], bool, bool]:
     """Cameras by bone, whether the picture is mirrored, and whether it must be turned; raises InputError."""
     intrinsics = parameters.matrix("intrinsic", (3, 3))
     shape = (int(parameters.number("num-rows")), int(parameters.number("num-cols")))
@@ -150,12 +159,13 @@ def _cameras(parameters: H5Group, frame: H5Group, near: np.ndarray) -> tuple[dic
         # The file says that a femur's pose is no truth where too little of it is seen.
         if bone in _SEEN and (name not in poses or not poses.number(_SEEN[bone])):
             continue
-        to_camera = extrinsic @ rigid_inverse(_rigid(poses, name))
+        # Of the femurs the half voxel is inferred: the pelvis's is known, and one program made all three.
+        to_camera = true_to_camera(extrinsic @ rigid_inverse(_rigid(poses, name)), at)
         try:
-            cameras[bone], mirrored = source_view(intrinsics, to_camera, shape, near, turned)
+            cameras[bone], mirrored = source_view(intrinsics, to_camera, shape, at.middle, turned)
         except InputError as error:
             raise InputError(f"{poses.where}: {error}") from error
-        _check_depth(poses, cameras[bone], near, abs(intrinsics[0, 0]) * _pixel_spacing(parameters)[1])
+        _check_depth(poses, cameras[bone], at, abs(intrinsics[0, 0]) * _pixel_spacing(parameters)[1])
     return cameras, mirrored, turned
 
 
@@ -179,11 +189,10 @@ def _check_distance(parameters: H5Group, intrinsics: np.ndarray) -> None:
             )
 
 
-def _check_depth(poses: H5Group, camera: Camera, near: np.ndarray, distance_mm: float) -> None:
+def _check_depth(poses: H5Group, camera: Camera, at: CtPlace, distance_mm: float) -> None:
     """Refuse a pose that does not put the CT between source and detector; raises InputError."""
-    depth = float(camera.depth(near))
-    if not 0.1 * distance_mm <= depth <= 1.2 * distance_mm:
+    if not is_between(camera, at, distance_mm):
         raise InputError(
-            f"{poses.where}: the CT's middle lies {depth:.4g} mm from the source, the detector {distance_mm:.4g} mm: "
-            "the poses are in another unit, or of another specimen."
+            f"{poses.where}: the CT's middle lies {camera.depth(at.middle):.4g} mm from the source, the detector "
+            f"{distance_mm:.4g} mm: the poses are in another unit, or of another specimen."
         )

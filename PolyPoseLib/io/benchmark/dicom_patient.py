@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -21,7 +22,7 @@ _DEEPEST = 4
 _MOST_FILES = 20_000
 _TAGS = [
     "Modality", "SeriesInstanceUID", "StudyInstanceUID", "StudyDate", "StudyTime", "SeriesDate", "SeriesTime",
-    "ReferencedFrameOfReferenceSequence",
+    "SeriesNumber", "PixelSpacing", "ReferencedFrameOfReferenceSequence",
 ]  # fmt: skip
 
 
@@ -43,6 +44,12 @@ class DicomScan:
         All that hold some of them.
     structure_set
         The RTSTRUCT drawn on it, or None.
+    number
+        SeriesNumber, as its first file has it; empty without one.
+    pixel_mm
+        Pitch of its pixels, inf where it is unknown.
+    warnings
+        That it was chosen among others.
 
     """
 
@@ -53,6 +60,9 @@ class DicomScan:
     slices: int = 0
     structure_set: Path | None = None
     folders: set[Path] = field(default_factory=set)
+    number: str = ""
+    pixel_mm: float = math.inf
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass
@@ -65,7 +75,8 @@ class _StructureSet:
 def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
     """A patient's CTs from the earliest to the latest, one a study.
 
-    Of several series in one study the one that structures were drawn on is taken, else the one with most slices.
+    Of several series in one study the one that structures were drawn on is taken, else the one with most slices, with
+    the smallest pixels, and the lowest number; a warning says which.
 
     Raises
     ------
@@ -82,9 +93,7 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
             modality = _text(header, "Modality").upper()
             if modality == "CT":
                 uid = _text(header, "SeriesInstanceUID")
-                scan = scans.setdefault(
-                    uid, DicomScan(path.parent, uid, _text(header, "StudyInstanceUID"), _when(header))
-                )
+                scan = scans.setdefault(uid, _new_scan(path.parent, uid, header))
                 scan.slices += 1
                 scan.folders.add(path.parent)
             elif modality == "RTSTRUCT":
@@ -94,10 +103,7 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
     studies: dict[str, list[DicomScan]] = {}
     for scan in whole:
         studies.setdefault(scan.study or scan.uid, []).append(scan)
-    chosen = [
-        max(group, key=lambda scan: (scan.structure_set is not None, scan.slices, scan.uid))
-        for group in studies.values()
-    ]
+    chosen = [_chosen(group) for group in studies.values()]
     for scan in chosen:
         if len(scan.folders) > 1:  # a part of its slices would make a shorter CT, which nobody would notice
             raise InputError(
@@ -111,6 +117,51 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
             "ct_2.nii.gz, ... in this folder."
         )
     return chosen
+
+
+def _new_scan(folder: Path, uid: str, header: Any) -> DicomScan:
+    """A series of which one file is known."""
+    scan = DicomScan(folder, uid, _text(header, "StudyInstanceUID"), _when(header))
+    scan.number = _text(header, "SeriesNumber")
+    try:
+        spacing = max(float(each) for each in header.get("PixelSpacing") or ())
+    except (TypeError, ValueError):
+        return scan
+    if math.isfinite(spacing) and spacing > 0:
+        scan.pixel_mm = spacing
+    return scan
+
+
+def _chosen(series: list[DicomScan]) -> DicomScan:
+    """One of a study's whole series, with a warning where there are others."""
+    first = min(series, key=_rank)
+    if len(series) > 1:
+        called = (
+            f"series {first.number}"
+            if first.number.isalnum() and len(first.number) < 13
+            else "a series without a number"
+        )
+        first.warnings = (
+            f"{first.folder}: {called} was taken, one of {len(series)} whole CT series of its study: to take another "
+            "one, save it as ct_1.nii.gz or ct_2.nii.gz, or move this one out of the patient's folder.",
+        )
+    return first
+
+
+def _rank(scan: DicomScan) -> tuple:
+    """Smaller for the better of two series: the same one whatever their order and the folders' names."""
+    return (
+        scan.structure_set is None,
+        -scan.slices,
+        scan.pixel_mm,  # the narrower field of view is the sharper one, and scanners widen it beyond what they measure
+        _in_numeric_order(scan.number),
+        _in_numeric_order(scan.uid),
+    )
+
+
+def _in_numeric_order(text: str) -> tuple[tuple[int, str], ...]:
+    """Numbers with points between them, so that 1.2.9 comes before 1.2.10."""
+    return tuple((len(part), part) for part in text.split("."))
 
 
 def _when(header: Any) -> tuple[str, str]:

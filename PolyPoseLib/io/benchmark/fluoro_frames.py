@@ -33,7 +33,12 @@ CROP_PX = 50
 BIN = 8
 """Pixels averaged along each axis: 1436 become 179."""
 
+DISTANCE_RANGE_MM = (300.0, 3000.0)
+"""From a C-arm's source to its detector."""
+
 _FEWEST_PX = 16
+_DEPTHS = (0.1, 1.2)
+"""Where the CT's middle may lie, as parts of the way from source to detector."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +92,40 @@ class FluoroSubject:
     read_frame: Callable[[int], Frame]
     read_cameras: Callable[[int], Mapping[str, Camera]]
     warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class CtPlace:
+    """Where a CT lies, as far as cameras are read by it.
+
+    Attributes
+    ----------
+    middle
+        (3,) of its grid, LPS mm.
+    half_voxel
+        (3,) mm from a voxel's first corner to its centre.
+
+    """
+
+    middle: np.ndarray
+    half_voxel: np.ndarray
+
+
+def true_to_camera(to_camera: np.ndarray, place: CtPlace) -> np.ndarray:
+    """The true (4, 4) from a bone's CT to the camera, of the published one.
+
+    The published poses were found by a renderer that put voxel ijk at affine @ (ijk + 1/2), half a voxel from where
+    the CT has it. The data set's author takes that out in the same way (rg2/xreg, sample_single_view_regi_2d_3d).
+    """
+    shift = np.eye(4)
+    shift[:3, 3] = place.half_voxel
+    return to_camera @ shift
+
+
+def is_between(camera: Camera, place: CtPlace, distance_mm: float) -> bool:
+    """Whether the CT's middle lies between source and detector, which are this far from each other."""
+    nearest, farthest = (part * distance_mm for part in _DEPTHS)
+    return bool(nearest <= float(camera.depth(place.middle)) <= farthest)
 
 
 def source_view(

@@ -51,12 +51,13 @@ _SEGMENT = (
 
 @dataclass(frozen=True)
 class _Scan:
-    """Where one CT and its labels lie."""
+    """Where one CT and its labels lie, and what was odd about finding them."""
 
     ct: Path
     series: str | None
     labels: Path | None
     number: int
+    warnings: tuple[str, ...] = ()
 
 
 def subjects(root: Path) -> list[str]:
@@ -159,7 +160,13 @@ def _scans(folder: Path, root: Path) -> list[_Scan]:
     if numbered := _numbered(folder):
         return numbered
     return [
-        _Scan(scan.folder, scan.uid, image_named(folder, f"labels_{number}") or scan.structure_set, number)
+        _Scan(
+            scan.folder,
+            scan.uid,
+            image_named(folder, f"labels_{number}") or scan.structure_set,
+            number,
+            scan.warnings,
+        )
         for number, scan in enumerate(dicom_scans(folder, root), start=1)
     ]
 
@@ -173,4 +180,4 @@ def _read_scan(scan: _Scan, root: Path) -> tuple[Volume, NamedLabels, tuple[str,
         )
     ct, odd = read_ct_with_warnings(inside(scan.ct, root), scan.series)
     labels = read_named_labels(inside(scan.labels, root), ct)
-    return ct, labels, odd
+    return ct, labels, (*scan.warnings, *odd)

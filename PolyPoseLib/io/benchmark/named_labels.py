@@ -19,6 +19,15 @@ from PolyPoseLib.io.segmentations import read_segmentation
 TABLE = "totalsegmentator_v2"
 """Whose numbers a plain label map has, unless the data set says otherwise."""
 
+_OLDER_TABLE = "totalsegmentator_v1"
+_ODD_BONES = (
+    (("scapula_", "clavicula_"), ("rib_",), "shoulders without a rib"),
+    (("hip_", "gluteus_"), ("sacrum",), "hips without a sacrum"),
+    (("rib_left_",), ("rib_right_",), "left ribs without right ones"),
+    (("vertebrae_C1",), ("skull", "brain"), "the first vertebra without a skull"),
+)
+"""(some of these, none of those): no whole scan has that, but release 1's numbers read as release 2's do."""
+
 _SAME_ORGAN = {
     "brain_stem": "brainstem",
     "cord": "spinal_cord",
@@ -67,7 +76,8 @@ def read_named_labels(path: Path, ct: Volume, names: Mapping[int, str] | None = 
     ct
         The scan.
     names
-        Of a plain map's numbers; TotalSegmentator's by default.
+        Of a plain map's numbers; those of TotalSegmentator's release 2 by default, with a warning where they are
+        odd and may be of release 1.
 
     Raises
     ------
@@ -87,7 +97,9 @@ def read_named_labels(path: Path, ct: Volume, names: Mapping[int, str] | None = 
             f"{path}: it holds labels {', '.join(map(str, present[present > 0][:10])) or '(none)'}, none of which has "
             f"a known name: give a label map of {TABLE}, or a segmentation with names."
         )
-    return NamedLabels(labels, found, (*segmentation.warnings, *warnings))
+    plain = not segmentation.segments and not names
+    older = _perhaps_older(found, int(present.max()), path) if plain else ()
+    return NamedLabels(labels, found, (*segmentation.warnings, *warnings, *older))
 
 
 def matched(first: NamedLabels, second: NamedLabels) -> NamedLabels:
@@ -119,6 +131,24 @@ def standard_name(name: str) -> str:
 def is_bone(name: str) -> bool:
     """Whether a label's name is a bone's."""
     return structure_of(name) is not None
+
+
+def _perhaps_older(found: Mapping[int, str], largest: int, path: Path) -> tuple[str, ...]:
+    """A warning about a plain map whose numbers fit release 1, and give odd bodies by release 2."""
+    if largest > max(label_table(_OLDER_TABLE)):
+        return ()
+    for some, none, odd in _ODD_BONES:
+        if _any_begins(found, some) and not _any_begins(found, none):
+            return (
+                f"{path.name}: read as {TABLE}, its numbers give {odd}: if TotalSegmentator's release 1 made it, all "
+                "names are wrong; segment again by release 2, or give a folder with one named mask a structure.",
+            )
+    return ()
+
+
+def _any_begins(found: Mapping[int, str], beginnings: tuple[str, ...]) -> bool:
+    """Whether a name begins like one of these."""
+    return any(name.startswith(beginnings) for name in found.values())
 
 
 def _names(segmentation: Segmentation, names: Mapping[int, str] | None) -> dict[int, str]:

@@ -173,8 +173,10 @@ def _read(root: Path, later: str, pair: str) -> TwoScans:
 
 
 _SEGMENT = (
-    "the data set has no labels of bones: segment every image by TotalSegmentator (task total, --ml) and save the "
-    "label maps in the folder labelsTr under the images' names"
+    "the data set has no labels of bones (the labels 1 to 13 of the release ThoraxCBCT_OncoRegRelease_06_12_23 are no "
+    "TotalSegmentator's): move or rename the folder labelsTr of the release if there is one, so that nothing of it is "
+    "overwritten, segment every image by TotalSegmentator (task total, --ml), and save the label maps in a new folder "
+    "labelsTr under the images' names"
 )
 
 

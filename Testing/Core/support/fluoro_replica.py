@@ -1,8 +1,9 @@
 """DeepFluoro in small: the file's own layout at its own size, and the folder that is made of it, from formulas.
 
-A point X of a bone's CT lands at K E P^-1 X, P being "cam-to-...-vol" (hdf5_layouts/Readme.md): K has negative focal
-lengths, and the camera's z points to the source. Pictures are of balls, whose chords are known; nothing of the program
-is used.
+A point X of a bone's CT lands at K E P^-1 (X + H), P being "cam-to-...-vol" (hdf5_layouts/Readme.md), H half a voxel:
+the published poses were found by a renderer that put voxels half a voxel from where they are (xreg takes it out). K has
+negative focal lengths, and the camera's z points to the source. Pictures are of balls, whose chords are known; nothing
+of the program is used.
 """
 
 import h5py
@@ -19,6 +20,7 @@ SHAPE = (44, 48, 52)
 ORIGIN = np.array([-104.0, -310.0, -900.0])
 CENTRE = ORIGIN + 2.0 * (np.array(SHAPE[::-1]) - 1)  # of a grid of 4 mm
 E = rigid((0.3, 1, 0.2), 25.0, (12.0, -8.0, 30.0))
+HALF_VOXEL = rigid((1, 0, 0), 0.0, (2.0, 2.0, 2.0))
 
 BALLS = {  # label: (centre, radius) in the CT
     1: (np.add(CENTRE, [30, 0, 20]), 22.0),
@@ -32,7 +34,7 @@ FEMUR = {
     9: rigid((1, 0, 0.2), 10, (3, 6, -4), BALLS[5][0]),
     0: rigid((0, 1, 0), 20, (14, -5, 2), BALLS[5][0]),
 }
-FEMUR[10] = FEMUR[3] = FEMUR[9]
+FEMUR[10] = FEMUR[3] = FEMUR[4] = FEMUR[9]
 FEMUR[1] = FEMUR[0]
 FRAMES = (0, 1, 3, 9, 10)
 TURNED = (10, 1)
@@ -52,9 +54,9 @@ def to_camera(number):
 
 
 def cam_to_vol(number, bone):
-    """As the file has it: from the camera's world to a bone's CT."""
+    """As the file has it: from the camera's world to half a voxel beside a bone's CT."""
     place = {"pelvis": np.eye(4), "left-femur": FEMUR[number], "right-femur": np.eye(4)}[bone]
-    return np.linalg.inv(place) @ np.linalg.inv(to_camera(number)) @ E
+    return HALF_VOXEL @ np.linalg.inv(place) @ np.linalg.inv(to_camera(number)) @ E
 
 
 def stored_pixel(number, point):
@@ -136,8 +138,10 @@ def write_hdf5(path, specimen="17-1882", frames=FRAMES):
     return path
 
 
-def write_folder(root, subject="subject01", frames=FRAMES, origin=(5.0, 7.0, -3.0)):
-    """What xvr's utils/dcmwrite.py makes of the file; the volume's origin is another there."""
+def write_folder(
+    root, subject="subject01", frames=FRAMES, origin=(5.0, 7.0, -3.0), newer=False, numbers=torch.float32
+):
+    """What xvr's utils/dcmwrite.py makes of the file, whose volume has another origin; newer poses are turned."""
     hu, labels = volume()
     affine = np.diag([4.0, 4.0, 4.0, 1.0])
     affine[:3, 3] = origin
@@ -155,7 +159,10 @@ def write_folder(root, subject="subject01", frames=FRAMES, origin=(5.0, 7.0, -3.
         pose = half_turn @ middle @ cam_to_vol(number, "pelvis") @ np.linalg.inv(E) @ flip
         if number in TURNED:
             image, pose = np.rot90(image, 2), pose @ half_turn
-        pose = torch.tensor(pose @ np.linalg.inv(reorient), dtype=torch.float32)[None]
+        pose = pose @ np.linalg.inv(reorient)
+        if newer:
+            pose = pose @ half_turn
+        pose = torch.tensor(pose, dtype=numbers)[None]
         sides = {"height": np.int64(SIZE), "width": np.int64(SIZE)}
         lengths = {"sdd": np.float64(DISTANCE), "delx": PITCH, "dely": PITCH, "x0": -0.097, "y0": -0.097}
         torch.save({"pose": pose, "intrinsics": {**lengths, **sides}}, folder / "xrays" / f"{number:03d}.pt")

@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import pydicom
 import pytest
 from dicom_postures import write_dicom
 from dicom_stack import header
@@ -280,6 +281,60 @@ def test_a_ct_whose_slices_lie_in_two_folders_is_refused(archive, tmp_path):
         each.rename(place / "more" / each.name)
     with pytest.raises(InputError, match="the slices of one CT lie in 2 folders"):
         dicom_scans(tmp_path / "data/Miller_Anna", tmp_path / "data")
+
+
+def _one_study(folder, series):
+    """A study of CT series (name, UID, number, pixel mm) with ten headers each."""
+    study = generate_uid()
+    for name, uid, number, pixel in series:
+        (folder / name).mkdir(parents=True)
+        for slice_number in range(10):
+            file = header(uid, CTImageStorage, 2, 2)
+            file.StudyInstanceUID, file.StudyDate, file.InstanceNumber = study, "20091022", slice_number
+            file.SeriesNumber, file.PixelSpacing = number, [pixel, pixel]
+            file.PixelData = bytes(8)
+            file.save_as(folder / name / f"{slice_number}.dcm", enforce_file_format=True)
+    return dicom_scans(folder, folder)
+
+
+@pytest.mark.parametrize(
+    "series",
+    [
+        [("wide", "1.2.3.9", 2, 1.5), ("narrow", "1.2.3.10", 3, 0.9)],
+        [("later", "1.2.3.9", 10, 0.9), ("first", "1.2.3.10", 2, 0.9)],
+        [("b", "1.2.3.10", 2, 0.9), ("a", "1.2.3.9", 2, 0.9)],
+    ],
+)
+def test_of_several_whole_series_one_is_chosen_by_what_they_are_and_a_warning_says_which(series, tmp_path):
+    """The UIDs' order as text chose silently: 1.2.3.9 came after 1.2.3.10, and the wider field of view was taken."""
+    for order in (series, series[::-1]):
+        folder = tmp_path / order[0][0]
+        (found,) = _one_study(folder, order)
+        assert found.folder.name == series[1][0]
+        (told,) = found.warnings
+        assert (
+            f"series {series[1][2]} was taken, one of 2 whole CT series" in told and str(found.folder) in told
+        )
+
+
+def test_a_choice_of_series_is_among_the_warnings_of_the_case(archive, tmp_path):
+    root = tmp_path / "copy"
+    shutil.copytree(archive, root)
+    (place,) = root.glob("*/20100301*/2.000000-CT")
+    other = shutil.copytree(place, place.parent / "3.000000-CT")
+    uid = generate_uid()
+    for path in other.iterdir():
+        file = pydicom.dcmread(path)
+        file.SeriesInstanceUID, file.SeriesNumber = uid, 3
+        file.save_as(path)
+    (subject,) = headneck.subjects(root)
+    (case,) = headneck.cases(root, subject, ["1x0"])
+    assert any("later scan: " in each and "series 2 was taken" in each for each in case.study.warnings)
+
+
+def test_a_single_series_is_chosen_without_a_word(tmp_path):
+    (found,) = _one_study(tmp_path, [("only", "1.2.3", 2, 1.0)])
+    assert found.warnings == ()
 
 
 WHEN = {

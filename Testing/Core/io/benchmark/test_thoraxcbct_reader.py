@@ -109,6 +109,23 @@ def test_a_partial_copy_is_told(tmp_path):
     assert "damaged" in _refusal(root)
 
 
+def test_the_releases_own_labels_are_told_from_ones_of_bones_and_left_alone(tmp_path):
+    """Only some patients of the release of 2023 have them; whoever saved others beside them would overwrite these."""
+    root = _write(tmp_path, 11)
+    for path in (root / "labelsTr").iterdir():
+        image = sitk.ReadImage(str(path))
+        values = sitk.GetArrayFromImage(image)
+        plain = sitk.GetImageFromArray((np.indices(values.shape).sum(axis=0) % 14).astype(np.uint8))
+        plain.CopyInformation(image)
+        sitk.WriteImage(plain, str(path))
+    before = {path: path.read_bytes() for path in (root / "labelsTr").iterdir()}
+    said = _refusal(root)
+    assert (
+        "name no bone" in said and "ThoraxCBCT_OncoRegRelease_06_12_23" in said and "move or rename" in said
+    )
+    assert {path: path.read_bytes() for path in (root / "labelsTr").iterdir()} == before
+
+
 def test_paths_in_the_json_lead_nowhere_else(tmp_path):
     """Only the names of images count; links out of the folder are refused."""
     root = _write(tmp_path / "data", 1)
