@@ -132,7 +132,7 @@ class _ListSystems(argparse.Action):
 
 def system_line(name: str, path: str) -> tuple[str, ...]:
     """Name of a system, what it is, whether it takes weights, packages that it needs, and whether it can run here."""
-    from PolyPoseLib.benchmark.systems import ABOUT, load_system, missing_packages
+    from PolyPoseLib.benchmark.systems import ABOUT, installing, load_system, missing_packages
     from PolyPoseLib.benchmark.weight_checks import weights_word
 
     about, weights = ABOUT[name], weights_word(name)
@@ -141,7 +141,7 @@ def system_line(name: str, path: str) -> tuple[str, ...]:
     except (ImportError, InputError) as error:
         return name, about, weights, "-", f"no: {one_line(str(error))}"
     missing = missing_packages(system)
-    here = f"no: pip install {' '.join(missing)}" if missing else "yes"
+    here = f"no: {installing(system, missing)}" if missing else "yes"
     return name, about, weights, " ".join(system.needs) or "-", here
 
 
