@@ -216,7 +216,7 @@ def installing(system: System, missing: Sequence[str]) -> str:
     Parameters
     ----------
     system : System
-        May have ``fixes``, {package: how to get it}, as :class:`PolyPoseLib.baselines.volumes.fdk_system.FdkSystem` has.
+        May have ``fixes``, {package: how to get it}, as the class FdkSystem of ``baselines.volumes`` has.
     missing : sequence of str
         One at least of the packages that it needs.
 

@@ -21,7 +21,7 @@ _DEEPEST = 4
 _MOST_FILES = 20_000
 _TAGS = [
     "Modality", "SeriesInstanceUID", "StudyInstanceUID", "StudyDate", "StudyTime", "SeriesDate", "SeriesTime",
-    "ReferencedFrameOfReferenceSequence",
+    "ReferencedFrameOfReferenceSequence", "PatientID",
 ]  # fmt: skip
 
 
@@ -70,16 +70,19 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
     Raises
     ------
     InputError
-        Links out of the root, too many files, a CT in several folders, or CTs whose order no date tells; not when
-        there are none.
+        Links out of the root, too many files, files of two patients, a CT in several folders, or CTs whose order no
+        date tells; not when there are none.
 
     """
     scans: dict[str, DicomScan] = {}
     drawn: list[_StructureSet] = []
+    patients: set[str] = set()
     with quiet_pydicom():
         for path in _files(patient, root, _DEEPEST):
             header = _header(path)
             modality = _text(header, "Modality").upper()
+            if modality in ("CT", "RTSTRUCT"):
+                patients.add(_text(header, "PatientID"))
             if modality == "CT":
                 uid = _text(header, "SeriesInstanceUID")
                 scan = scans.setdefault(
@@ -89,6 +92,7 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
                 scan.folders.add(path.parent)
             elif modality == "RTSTRUCT":
                 drawn.append(_StructureSet(path, _text(header, "StudyInstanceUID"), _drawn_on(header)))
+    _require_one_patient(patients, patient)
     whole = [scan for scan in scans.values() if scan.slices >= FEWEST_SLICES]
     _give_structures(whole, drawn)
     studies: dict[str, list[DicomScan]] = {}
@@ -111,6 +115,16 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
             "ct_2.nii.gz, ... in this folder."
         )
     return chosen
+
+
+def _require_one_patient(identifiers: set[str], folder: Path) -> None:
+    """Raise InputError for files of two patients in a subject's folder; what was anonymised tells no patient."""
+    count = len(identifiers - {""})
+    if count > 1:  # which they are is not said: tables and logs are published
+        raise InputError(
+            f"{folder}: its DICOM files are of {count} patients by their PatientID: give each patient a folder of its "
+            "own, and the folder that holds these."
+        )
 
 
 def _when(header: Any) -> tuple[str, str]:
