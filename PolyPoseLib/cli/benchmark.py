@@ -12,9 +12,10 @@ from PolyPoseLib.cli._arguments import add_progress, new_parser
 from PolyPoseLib.cli._benchmark_lines import EndedRuns, RunLines
 from PolyPoseLib.cli._benchmark_weights import weight_files
 from PolyPoseLib.cli._console import progress_display, table
+from PolyPoseLib.cli._data_sets import chosen_subjects, chosen_views
 from PolyPoseLib.data.benchmark.job import DATASETS, DONE, FAILED, SKIPPED, CaseSource, RunSettings
 from PolyPoseLib.data.options import RANGES
-from PolyPoseLib.errors import InputError, UntrustedResultError, one_line, unknown_name
+from PolyPoseLib.errors import InputError, UntrustedResultError, one_line
 
 if TYPE_CHECKING:
     from PolyPoseLib.benchmark.systems import NamedSystem
@@ -204,21 +205,10 @@ def case_sources(arguments: argparse.Namespace) -> tuple[CaseSource, ...]:
     from PolyPoseLib.io.benchmark.readers import READERS
 
     data, reader = arguments.data, READERS[arguments.dataset]
-    try:
-        sets = dict.fromkeys(map(reader.view_name, arguments.views or reader.default_views))
-    except InputError as error:
-        raise InputError(f"--views: {error}") from error
-    subjects = reader.subjects(data)
-    if not subjects:
-        raise InputError(
-            f"{data}: it holds no subject of the layout {arguments.dataset}: see the page on its data."
-        )
-    for name in arguments.subjects or ():
-        if name not in subjects:
-            raise InputError(f"--subjects: {unknown_name('subject', name, subjects)}")
-    chosen = [name for name in subjects if arguments.subjects is None or name in arguments.subjects]
+    sets = chosen_views(reader, arguments.views)
+    subjects = chosen_subjects(reader, data, arguments.subjects)
     return tuple(
-        CaseSource(arguments.dataset, str(data.resolve()), name, views) for name in chosen for views in sets
+        CaseSource(arguments.dataset, str(data.resolve()), name, views) for name in subjects for views in sets
     )
 
 
