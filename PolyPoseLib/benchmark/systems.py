@@ -210,9 +210,26 @@ def _version(need: str) -> str | None:
         return None
 
 
+def installing(system: System, missing: Sequence[str]) -> str:
+    """How to install packages that a system lacks: as the system itself says, where it does, else by pip.
+
+    Parameters
+    ----------
+    system : System
+        May have ``fixes``, {package: how to get it}, as the class FdkSystem of ``baselines.volumes`` has.
+    missing : sequence of str
+        One at least of the packages that it needs.
+
+    """
+    fixes = getattr(system, "fixes", {})
+    plain = [need for need in missing if need not in fixes]
+    ways = [f"pip install {' '.join(plain)}"] if plain else []
+    return ", and ".join([*ways, *dict.fromkeys(fixes[need] for need in missing if need in fixes)])
+
+
 def require_packages(system: System) -> None:
     """Raise InputError when a package that a system needs is not installed."""
     if missing := missing_packages(system):
         raise InputError(
-            f"{system.name} needs {' and '.join(missing)}, not installed here: pip install {' '.join(missing)}."
+            f"{system.name} needs {' and '.join(missing)}, not installed here: {installing(system, missing)}."
         )

@@ -1,37 +1,33 @@
-"""What train does with --system: LiftReg and 2D3D-RegNet of the benchmark, trained on studies of one's own."""
+"""What train does with --system: LiftReg and 2D3D-RegNet of the benchmark, trained on studies or on a data set."""
 
 from __future__ import annotations
 
 import argparse
-import itertools
 import logging
 import os
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.cli._arguments import merged_options
 from PolyPoseLib.cli._console import progress_display
+from PolyPoseLib.cli._train_data import pairs_of_data
+from PolyPoseLib.cli._train_pairs import pairs_of_studies
 from PolyPoseLib.data.benchmark.job import TRAINED_SYSTEMS
 from PolyPoseLib.errors import InputError, UntrustedResultError
 
 if TYPE_CHECKING:
     from PolyPoseLib.baselines.trained.training import TrainedMethod
-    from PolyPoseLib.baselines.trained.training_pairs import TrainingPair
-    from PolyPoseLib.data.study import Study
-    from PolyPoseLib.data.volume import Volume
-    from PolyPoseLib.geometry.camera import Camera
+    from PolyPoseLib.cli._train_data import ChosenData
     from PolyPoseLib.io.whole_files import FileClaim
 
 _LOG = logging.getLogger(__name__)
 
 CAMERAS = "cameras"
 
-PAIRS, HELD_OUT = 200, 12
-"""Default pairs to train on, and to hold out; of pairs of CTs, see pair_split."""
+PAIRS = 200
+"""Default pairs to train on, where motions are simulated."""
 
 MOST_PAIRS = 10_000
-MOST_OTHER_CTS = 100
 
 
 def add_system_arguments(parser: argparse.ArgumentParser) -> None:
@@ -92,8 +88,13 @@ def check_system_arguments(arguments: argparse.Namespace) -> None:
         raise InputError(f"--other-cts is {pattern!r}: give a pattern of file names, without a folder.")
 
 
-def train_system(arguments: argparse.Namespace, claim: FileClaim, checkpoint: Path) -> int:
-    """Train and write the weights; the checkpoint is removed when they are really better than doing nothing."""
+def train_system(
+    arguments: argparse.Namespace, data: ChosenData | None, claim: FileClaim, checkpoint: Path
+) -> int:
+    """Train and write the weights; the checkpoint is removed when they are really better than doing nothing.
+
+    data: what is learned from in place of studies.
+    """
     from PolyPoseLib.baselines.trained.training import LEAST_GAIN, Training, TrainingPlan, is_gain
     from PolyPoseLib.baselines.trained.training_set import TrainingSet
     from PolyPoseLib.data.options import Options
@@ -102,8 +103,9 @@ def train_system(arguments: argparse.Namespace, claim: FileClaim, checkpoint: Pa
     from PolyPoseLib.io.camera_models import read_tensors, write_tensors
     from PolyPoseLib.rendering.select import resolve_device
 
-    studies = [Study.load(path, allow_outside=arguments.allow_outside) for path in arguments.study]
-    options = Options.from_dict(merged_options(studies[0].options, arguments))
+    paths = arguments.study if data is None else ()
+    studies = [Study.load(path, allow_outside=arguments.allow_outside) for path in paths]
+    options = Options.from_dict(merged_options(studies[0].options if studies else None, arguments))
     plan = TrainingPlan(
         minutes=arguments.minutes,
         threads=options.threads or os.cpu_count() or 1,
@@ -113,7 +115,10 @@ def train_system(arguments: argparse.Namespace, claim: FileClaim, checkpoint: Pa
     display = progress_display(arguments.progress)
     try:
         monitor = Monitor(display, None)
-        pairs, counts = _pairs(arguments, studies, options.seed)
+        if data is None:
+            pairs, counts = pairs_of_studies(arguments, studies, options.seed)
+        else:
+            pairs, counts = pairs_of_data(data, arguments, options.seed, monitor)
         prepared = TrainingSet.collected(
             pairs, counts, arguments.side, lambda done, of: monitor.step("training pairs", done, of, None)
         )
@@ -156,67 +161,3 @@ def _method(system: str) -> TrainedMethod:
     from PolyPoseLib.baselines.regnet import RegNet
 
     return RegNet()
-
-
-def _pairs(
-    arguments: argparse.Namespace, studies: list[Study], seed: int
-) -> tuple[Iterator[TrainingPair], tuple[int, int]]:
-    """What is learned from, the held-out pairs first, and how many pairs to train on and to hold out."""
-    from PolyPoseLib.baselines.trained.network_inputs import camera_of
-    from PolyPoseLib.baselines.trained.simulated_pairs import SimulatedPatient, simulated_pairs
-    from PolyPoseLib.simulation.simulate import SimulationOptions
-
-    cameras = [[camera_of(xray) for xray in study.xrays] for study in studies]
-    if arguments.other_cts is not None:
-        return _pairs_of_cts(arguments, studies, cameras, seed)
-    patients = [
-        SimulatedPatient.of(study.ct, study.structures, study.anchor, views, arguments.side)
-        for study, views in zip(studies, cameras, strict=True)
-    ]
-    options = SimulationOptions(motion_scale=arguments.motion_scale)
-    return simulated_pairs(patients, seed, options), (arguments.pairs, HELD_OUT)
-
-
-def _pairs_of_cts(
-    arguments: argparse.Namespace, studies: list[Study], cameras: list[list[Camera]], seed: int
-) -> tuple[Iterator[TrainingPair], tuple[int, int]]:
-    """The same of --other-cts; raises InputError when there are too few."""
-    from PolyPoseLib.baselines.trained.ct_digests import ct_digest
-    from PolyPoseLib.baselines.trained.ct_pairs import ct_pairs
-    from PolyPoseLib.baselines.trained.pair_split import split_pairs
-
-    cts = [
-        [study.ct, *_other_cts(path, arguments.other_cts)]
-        for path, study in zip(arguments.study, studies, strict=True)
-    ]
-    split = split_pairs([[ct_digest(ct) for ct in each] for each in cts])
-    if not split.is_enough:
-        total = len(split.training) + len(split.held_out)
-        raise InputError(
-            f"There are {total} pairs of CTs, each with each of a patient: give more CTs, more studies, or leave out "
-            "--other-cts to train on simulated motions."
-        )
-    if split.shares_cts:
-        _LOG.warning(
-            "The held-out pairs share their CTs with training pairs, so that the error on them says little of other "
-            "CTs: give a second patient, or four CTs or more."
-        )
-    pairs = itertools.chain.from_iterable(
-        ct_pairs(cts[n], cameras[n], arguments.side, seed + n, wanted=[(moving, fixed)])
-        for n, moving, fixed in (*split.held_out, *split.training)
-    )
-    return pairs, (len(split.training), len(split.held_out))
-
-
-def _other_cts(study: Path, pattern: str) -> list[Volume]:
-    """CTs beside a study's file; raises InputError when there is none."""
-    from PolyPoseLib.io.volumes import read_ct
-
-    folder = study.absolute().parent
-    found = sorted(path for path in folder.glob(pattern) if path.is_file() and not path.is_symlink())
-    if not found or len(found) > MOST_OTHER_CTS:
-        raise InputError(
-            f"{folder}: {len(found)} files are called {pattern}: give a pattern of 1 to {MOST_OTHER_CTS} CTs for "
-            "--other-cts, and leave out the study's own."
-        )
-    return [read_ct(path) for path in found]

@@ -12,9 +12,10 @@ from PolyPoseLib.cli._arguments import add_progress, new_parser
 from PolyPoseLib.cli._benchmark_lines import EndedRuns, RunLines
 from PolyPoseLib.cli._benchmark_weights import weight_files
 from PolyPoseLib.cli._console import progress_display, table
+from PolyPoseLib.cli._data_sets import chosen_subjects, chosen_views
 from PolyPoseLib.data.benchmark.job import DATASETS, DONE, FAILED, SKIPPED, CaseSource, RunSettings
 from PolyPoseLib.data.options import RANGES
-from PolyPoseLib.errors import InputError, UntrustedResultError, one_line, unknown_name
+from PolyPoseLib.errors import InputError, UntrustedResultError, one_line
 
 if TYPE_CHECKING:
     from PolyPoseLib.benchmark.systems import NamedSystem
@@ -132,7 +133,7 @@ class _ListSystems(argparse.Action):
 
 def system_line(name: str, path: str) -> tuple[str, ...]:
     """Name of a system, what it is, whether it takes weights, packages that it needs, and whether it can run here."""
-    from PolyPoseLib.benchmark.systems import ABOUT, load_system, missing_packages
+    from PolyPoseLib.benchmark.systems import ABOUT, installing, load_system, missing_packages
     from PolyPoseLib.benchmark.weight_checks import weights_word
 
     about, weights = ABOUT[name], weights_word(name)
@@ -141,7 +142,7 @@ def system_line(name: str, path: str) -> tuple[str, ...]:
     except (ImportError, InputError) as error:
         return name, about, weights, "-", f"no: {one_line(str(error))}"
     missing = missing_packages(system)
-    here = f"no: pip install {' '.join(missing)}" if missing else "yes"
+    here = f"no: {installing(system, missing)}" if missing else "yes"
     return name, about, weights, " ".join(system.needs) or "-", here
 
 
@@ -204,21 +205,10 @@ def case_sources(arguments: argparse.Namespace) -> tuple[CaseSource, ...]:
     from PolyPoseLib.io.benchmark.readers import READERS
 
     data, reader = arguments.data, READERS[arguments.dataset]
-    try:
-        sets = dict.fromkeys(map(reader.view_name, arguments.views or reader.default_views))
-    except InputError as error:
-        raise InputError(f"--views: {error}") from error
-    subjects = reader.subjects(data)
-    if not subjects:
-        raise InputError(
-            f"{data}: it holds no subject of the layout {arguments.dataset}: see the page on its data."
-        )
-    for name in arguments.subjects or ():
-        if name not in subjects:
-            raise InputError(f"--subjects: {unknown_name('subject', name, subjects)}")
-    chosen = [name for name in subjects if arguments.subjects is None or name in arguments.subjects]
+    sets = chosen_views(reader, arguments.views)
+    subjects = chosen_subjects(reader, data, arguments.subjects)
     return tuple(
-        CaseSource(arguments.dataset, str(data.resolve()), name, views) for name in chosen for views in sets
+        CaseSource(arguments.dataset, str(data.resolve()), name, views) for name in subjects for views in sets
     )
 
 

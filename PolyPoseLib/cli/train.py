@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from PolyPoseLib.cli._arguments import add_options, add_progress, merged_options, new_parser
 from PolyPoseLib.cli._console import progress_display
+from PolyPoseLib.cli._train_data import add_data_arguments, chosen_data
 from PolyPoseLib.cli._train_systems import (
     CAMERAS,
     add_system_arguments,
@@ -39,8 +40,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "study",
         type=Path,
         nargs="+",
-        help="the study's JSON file: its CT and anchor, and the geometry and standard views of its X-rays; several "
-        "studies of a benchmark's system",
+        help="the study's JSON file: its CT and anchor, and the geometry and standard views of its X-rays; for a "
+        "benchmark's system also several studies, or a data set as benchmark has it: its name and its place, as in "
+        "headneck data/headneck",
     )
     parser.add_argument(
         "--output", type=Path, required=True, metavar="FILE", help="the model, such as model.pt"
@@ -54,6 +56,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--allow-outside", action="store_true", help="read files outside the study's folder if it names them"
     )
     add_system_arguments(parser)
+    add_data_arguments(parser)
     add_options(parser)
     add_progress(parser)
     parser.set_defaults(run=run)
@@ -66,9 +69,10 @@ def run(arguments: argparse.Namespace) -> int:
     checkpoint = arguments.output.with_name(arguments.output.name + ".checkpoint")
     _check(arguments, checkpoint)
     check_system_arguments(arguments)
+    data = chosen_data(arguments)
     with claimed_file(arguments.output, overwrite=arguments.overwrite or arguments.resume) as claim:
         if arguments.system != CAMERAS:
-            return train_system(arguments, claim, checkpoint)
+            return train_system(arguments, data, claim, checkpoint)
         return _train(arguments, claim, checkpoint)
 
 

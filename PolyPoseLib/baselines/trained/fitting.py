@@ -19,7 +19,10 @@ from PolyPoseLib.similarity.torch_threads import torch_threads
 
 def training_command(system: str) -> str:
     """The command that trains a system, for sentences."""
-    return f'"python -m PolyPoseLib train STUDY.json --system {system} --output {system}.pt"'
+    return (
+        f'"python -m PolyPoseLib train STUDY.json --system {system} --output {system}.pt", or with DATASET DATA '
+        "--views VIEWS in place of STUDY.json"
+    )
 
 
 def fit_trained(

@@ -22,7 +22,11 @@ _DEEPEST = 4
 _MOST_FILES = 20_000
 _TAGS = [
     "Modality", "SeriesInstanceUID", "StudyInstanceUID", "StudyDate", "StudyTime", "SeriesDate", "SeriesTime",
+<<<<<<< HEAD
     "SeriesNumber", "PixelSpacing", "ReferencedFrameOfReferenceSequence",
+=======
+    "ReferencedFrameOfReferenceSequence", "PatientID",
+>>>>>>> train
 ]  # fmt: skip
 
 
@@ -81,16 +85,19 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
     Raises
     ------
     InputError
-        Links out of the root, too many files, a CT in several folders, or CTs whose order no date tells; not when
-        there are none.
+        Links out of the root, too many files, files of two patients, a CT in several folders, or CTs whose order no
+        date tells; not when there are none.
 
     """
     scans: dict[str, DicomScan] = {}
     drawn: list[_StructureSet] = []
+    patients: set[str] = set()
     with quiet_pydicom():
         for path in _files(patient, root, _DEEPEST):
             header = _header(path)
             modality = _text(header, "Modality").upper()
+            if modality in ("CT", "RTSTRUCT"):
+                patients.add(_text(header, "PatientID"))
             if modality == "CT":
                 uid = _text(header, "SeriesInstanceUID")
                 scan = scans.setdefault(uid, _new_scan(path.parent, uid, header))
@@ -98,6 +105,7 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
                 scan.folders.add(path.parent)
             elif modality == "RTSTRUCT":
                 drawn.append(_StructureSet(path, _text(header, "StudyInstanceUID"), _drawn_on(header)))
+    _require_one_patient(patients, patient)
     whole = [scan for scan in scans.values() if scan.slices >= FEWEST_SLICES]
     _give_structures(whole, drawn)
     studies: dict[str, list[DicomScan]] = {}
@@ -119,6 +127,7 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
     return chosen
 
 
+<<<<<<< HEAD
 def _new_scan(folder: Path, uid: str, header: Any) -> DicomScan:
     """A series of which one file is known."""
     scan = DicomScan(folder, uid, _text(header, "StudyInstanceUID"), _when(header))
@@ -162,6 +171,16 @@ def _rank(scan: DicomScan) -> tuple:
 def _in_numeric_order(text: str) -> tuple[tuple[int, str], ...]:
     """Numbers with points between them, so that 1.2.9 comes before 1.2.10."""
     return tuple((len(part), part) for part in text.split("."))
+=======
+def _require_one_patient(identifiers: set[str], folder: Path) -> None:
+    """Raise InputError for files of two patients in a subject's folder; what was anonymised tells no patient."""
+    count = len(identifiers - {""})
+    if count > 1:  # which they are is not said: tables and logs are published
+        raise InputError(
+            f"{folder}: its DICOM files are of {count} patients by their PatientID: give each patient a folder of its "
+            "own, and the folder that holds these."
+        )
+>>>>>>> train
 
 
 def _when(header: Any) -> tuple[str, str]:

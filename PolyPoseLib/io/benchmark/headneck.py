@@ -5,6 +5,8 @@ The earliest is registered to X-rays that are rendered from the latest.
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,7 +43,13 @@ WHERE = (
     "with one folder a patient"
 )
 
-_KNOWN = r"HN_P\d{3}|(?:patient|subject|case)[-_]?\d{1,4}"
+_OWN_NAME = r"HN_P\d{3}"
+"""The archive's for a patient's folder."""
+
+_KNOWN = rf"{_OWN_NAME}|(?:patient|subject|case)[-_]?\d{{1,4}}"
+_DEEPEST_COLLECTION = 3
+"""Folders below the one that was given in which the archive's own may lie: manifest-.../HNSCC-3DCT-RT has two."""
+
 _MOST_SCANS = 99
 _SEGMENT = (
     "segment every CT by TotalSegmentator (task total, --ml) and save the label maps as labels_1.nii.gz, "
@@ -80,13 +88,39 @@ def files(root: Path, subject: str) -> list[Path]:
 
 
 def _patients(root: Path) -> dict[str, Path]:
-    """{name: folder}, sorted; raises InputError when there is none."""
-    found = {subject_name(each, _KNOWN): each for each in folders(root) if _may_be_patient(each)}
+    """{name: folder}, sorted; raises InputError when there is none, or patients lie deeper."""
+    places = folders(root)
+    _refuse_collections_in([each for each in places if not re.fullmatch(_KNOWN, each.name, re.ASCII)], root)
+    found = {subject_name(each, _KNOWN): each for each in places if _may_be_patient(each)}
     if not found:
         raise InputError(
             f"{root}: none of its folders holds a CT (ct_1.nii.gz, ..., or folders of DICOM): give {WHERE}."
         )
     return dict(sorted(found.items()))
+
+
+def _refuse_collections_in(places: list[Path], root: Path) -> None:
+    """Raise InputError where a folder that would be taken for a patient's holds the archive's own patients."""
+    for _ in range(_DEEPEST_COLLECTION):
+        deeper: list[Path] = []
+        for place in places:
+            within = _real_folders(place)
+            if any(re.fullmatch(_OWN_NAME, each.name, re.ASCII) for each in within):
+                raise InputError(
+                    f"{root}: the patients' folders (HN_P001, ...) lie in {place.relative_to(root)}, deeper than they "
+                    f"should: give {place}."
+                )
+            deeper += within
+        places = deeper
+
+
+def _real_folders(place: Path) -> list[Path]:
+    """The folders in a folder, links left out; none of one that cannot be listed, which its reader will name."""
+    try:
+        with os.scandir(place) as found:
+            return sorted(Path(each.path) for each in found if each.is_dir(follow_symlinks=False))
+    except OSError:
+        return []
 
 
 def _may_be_patient(folder: Path) -> bool:

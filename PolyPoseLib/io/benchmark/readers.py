@@ -36,6 +36,8 @@ class Reader:
         Of (subject, views), both as the rows of such a case have them, as far as that is known without reading it.
     where
         What the root must be and where it is to be had, as a part of a sentence.
+    two_scans
+        Whether the CT in the posture of the X-rays is a second scan of the subject, and not simulated or unknown.
 
     """
 
@@ -47,6 +49,7 @@ class Reader:
     view_name: Callable[[str], str]
     row_names: Callable[[str, str], tuple[str, str]]
     where: str
+    two_scans: bool = False
 
 
 def _rendered(dataset: str) -> Callable[[str], str]:
@@ -81,6 +84,7 @@ READERS: dict[str, Reader] = {
             _rendered(headneck.DATASET),
             _as_listed,
             headneck.WHERE,
+            two_scans=True,
         ),
         Reader(
             thoraxcbct.DATASET,
@@ -91,6 +95,7 @@ READERS: dict[str, Reader] = {
             _rendered(thoraxcbct.DATASET),
             thoraxcbct.row_names,
             thoraxcbct.WHERE,
+            two_scans=True,
         ),
         Reader(
             simulated.DATASET,

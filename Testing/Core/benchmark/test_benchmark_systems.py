@@ -12,11 +12,13 @@ from PolyPoseLib.benchmark.systems import (
     SYSTEMS,
     NamedSystem,
     file_part,
+    installing,
     load_system,
     missing_packages,
     named_systems,
     require_packages,
 )
+from PolyPoseLib.cli.benchmark import system_line
 from PolyPoseLib.errors import InputError
 
 
@@ -134,6 +136,20 @@ def test_packages_are_looked_up_by_their_names_for_pip(mine):
     with pytest.raises(InputError, match=r"pip install no-such-package-4711\[extra\]>=2"):
         require_packages(system)
     require_packages(load_system("my_systems:Mine"))
+
+
+def test_a_system_says_itself_how_to_get_what_pip_alone_would_get_wrongly(monkeypatch):
+    def absent(name):
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(metadata, "version", absent)
+    for name in ("fdk-fireants", "fdk-unigradicon"):
+        system = load_system(SYSTEMS[name])
+        (fix,) = set(system.fixes.values())
+        assert "--no-deps" in fix and installing(system, list(system.fixes)) == fix
+        assert system_line(name, SYSTEMS[name])[-1] == f"no: pip install itk-rtk, and {fix}"
+    greedy = load_system(SYSTEMS["fdk-greedy"])
+    assert installing(greedy, missing_packages(greedy)) == "pip install itk-rtk picsl-greedy"
 
 
 def test_the_rigid_system_reads_a_camera_model_of_the_benchmark(tmp_path):

@@ -14,7 +14,7 @@ from PolyPoseLib.baselines.trained import training, training_pairs
 from PolyPoseLib.baselines.trained.ct_digests import ct_digest
 from PolyPoseLib.baselines.trained.trained_weights import read_weights
 from PolyPoseLib.baselines.trained.training_set import TrainingSet
-from PolyPoseLib.cli import _train_systems
+from PolyPoseLib.cli import _train_pairs
 from PolyPoseLib.data.benchmark.system import SystemSetting
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.volume import Volume
@@ -27,7 +27,7 @@ def small(monkeypatch):
     """Two pairs held out, three steps, and the projector that needs no import of seconds."""
     plan = training.TrainingPlan
     monkeypatch.setattr(training, "TrainingPlan", lambda **given: plan(**{**given, "steps": 2, "batch": 1}))
-    monkeypatch.setattr(_train_systems, "HELD_OUT", 2)
+    monkeypatch.setattr(_train_pairs, "HELD_OUT", 2)
     monkeypatch.setattr(independent_projector, "rtk_available", lambda: False)
 
 

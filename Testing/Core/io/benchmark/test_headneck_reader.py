@@ -183,6 +183,50 @@ def test_an_empty_folder_is_told_where_the_data_are_to_be_had(tmp_path):
             headneck.subjects(place)
 
 
+@pytest.mark.parametrize(
+    "above", ["HNSCC-3DCT-RT", "manifest-1578/HNSCC-3DCT-RT", "a/manifest-1/HNSCC-3DCT-RT"]
+)
+@pytest.mark.parametrize("kind", ["nifti", "dicom"])
+def test_a_folder_above_the_collection_is_told_which_one_to_give(tmp_path, kind, above):
+    """The collection was taken for one patient, and its name was hashed."""
+    for name in ("HN_P001", "HN_P002"):
+        folder = tmp_path / above / name
+        folder = folder if kind == "nifti" else folder / "10-22-2009-NA-NA-1" / "2.000000-CT-1"
+        folder.mkdir(parents=True)
+        (folder / ("ct_1.nii.gz" if kind == "nifti" else "1-001.dcm")).touch()
+    (tmp_path / "metadata.csv").touch()
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError) as refused:
+        headneck.subjects(tmp_path)
+    where = Path(above)
+    assert f"lie in {where}, deeper than they should: give {tmp_path / where}." in str(refused.value)
+    assert headneck.subjects(tmp_path / where) == ["HN_P001", "HN_P002"]
+
+
+def test_a_collection_beside_patients_is_no_patient(tmp_path):
+    for name in ("HN_P001", "old/HN_P001"):
+        (tmp_path / name).mkdir(parents=True)
+        (tmp_path / name / "ct_1.nii.gz").touch()
+    with pytest.raises(InputError, match=r"lie in old, deeper"):
+        headneck.subjects(tmp_path)
+
+
+def test_files_of_two_patients_in_one_folder_are_refused_without_a_name(archive, tmp_path):
+    shutil.copytree(archive, tmp_path / "data")
+    for path in (tmp_path / "data").glob("*/20100301*/*/*.dcm"):
+        file = pydicom.dcmread(path)
+        file.PatientID = "0815"
+        file.save_as(path)
+    with pytest.raises(InputError, match="its DICOM files are of 2 patients by their PatientID") as refused:
+        dicom_scans(tmp_path / "data/Miller_Anna", tmp_path / "data")
+    assert not any(each in str(refused.value) for each in ("4711", "0815"))
+    for path in (tmp_path / "data").glob("*/20100301*/*/*.dcm"):
+        file = pydicom.dcmread(path)
+        file.PatientID = ""
+        file.save_as(path)
+    assert len(dicom_scans(tmp_path / "data/Miller_Anna", tmp_path / "data")) == 2
+
+
 def test_one_scan_is_not_enough(tmp_path):
     _one(tmp_path, scans=(1,))
     assert "two of different days" in _refusal(tmp_path)
