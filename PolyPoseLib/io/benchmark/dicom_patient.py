@@ -22,11 +22,7 @@ _DEEPEST = 4
 _MOST_FILES = 20_000
 _TAGS = [
     "Modality", "SeriesInstanceUID", "StudyInstanceUID", "StudyDate", "StudyTime", "SeriesDate", "SeriesTime",
-<<<<<<< HEAD
-    "SeriesNumber", "PixelSpacing", "ReferencedFrameOfReferenceSequence",
-=======
-    "ReferencedFrameOfReferenceSequence", "PatientID",
->>>>>>> train
+    "SeriesNumber", "PixelSpacing", "ReferencedFrameOfReferenceSequence", "PatientID",
 ]  # fmt: skip
 
 
@@ -127,7 +123,6 @@ def dicom_scans(patient: Path, root: Path) -> list[DicomScan]:
     return chosen
 
 
-<<<<<<< HEAD
 def _new_scan(folder: Path, uid: str, header: Any) -> DicomScan:
     """A series of which one file is known."""
     scan = DicomScan(folder, uid, _text(header, "StudyInstanceUID"), _when(header))
@@ -171,7 +166,8 @@ def _rank(scan: DicomScan) -> tuple:
 def _in_numeric_order(text: str) -> tuple[tuple[int, str], ...]:
     """Numbers with points between them, so that 1.2.9 comes before 1.2.10."""
     return tuple((len(part), part) for part in text.split("."))
-=======
+
+
 def _require_one_patient(identifiers: set[str], folder: Path) -> None:
     """Raise InputError for files of two patients in a subject's folder; what was anonymised tells no patient."""
     count = len(identifiers - {""})
@@ -180,7 +176,6 @@ def _require_one_patient(identifiers: set[str], folder: Path) -> None:
             f"{folder}: its DICOM files are of {count} patients by their PatientID: give each patient a folder of its "
             "own, and the folder that holds these."
         )
->>>>>>> train
 
 
 def _when(header: Any) -> tuple[str, str]:
