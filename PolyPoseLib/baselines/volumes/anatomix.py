@@ -43,7 +43,7 @@ OVERLAP = 0.5
 
 
 class FdkAnatomix(FdkSystem):
-    """FDK, then ConvexAdam on anatomix and MIND with the published settings (without masks)."""
+    """FDK, then ConvexAdam on anatomix and MIND with the published settings and masks, the same for both volumes."""
 
     name = "fdk-anatomix"
     needs = ("itk-rtk", "convexadam")
@@ -61,11 +61,15 @@ class FdkAnatomix(FdkSystem):
             network = AnatomixUNet()
             load_weights(network, weights_file(setting, self.name, SOURCE), self.name)
             network.to(device).eval()
-            fixed, moving = (
-                self._features(network, hu, device, setting)
-                for hu in pair.padded_to(FeatureSettings().spacing)
+            fixed, moving, seen = (
+                torch.from_numpy(each).float().to(device)
+                for each in pair.padded_to(FeatureSettings().spacing)
             )
-            kji = register_features(fixed, moving, FeatureSettings(), setting)
+            first, second = (
+                torch.cat([mind, seen * self._features(network, hu, setting)], dim=1)
+                for mind, hu in zip(_masked_mind(fixed, moving, seen), (fixed, moving), strict=True)
+            )
+            kji = register_features(first, second, FeatureSettings(), setting)
         if not np.isfinite(kji).all():
             raise NotFiniteError(f"{self.name} diverged: its displacements are not finite.")
         return pair.field_of_voxels(kji)
@@ -75,20 +79,23 @@ class FdkAnatomix(FdkSystem):
         return (*super().notes(study), f"windows overlap by {OVERLAP:g}, published is 0.8")
 
     @staticmethod
-    def _features(
-        network: AnatomixUNet, hu: np.ndarray, device: torch.device, setting: SystemSetting
-    ) -> torch.Tensor:
-        """(1, 12 + 16, k, j, i): MIND of the volume, and the network's features."""
-        utilities: Any = importlib.import_module("convexAdam.convex_adam_utils")
-        volume = torch.from_numpy(hu)[None, None].to(device)
+    def _features(network: AnatomixUNet, hu: torch.Tensor, setting: SystemSetting) -> torch.Tensor:
+        """(1, 16, k, j, i): the network's features of a volume (k, j, i) in HU."""
+        low, high = CLIP_HU
+        clipped = hu[None, None].clamp(low, high)
+        span = float(clipped.max() - clipped.min())
+        scaled = (clipped - clipped.min()) / (span or 1.0)
         with torch.no_grad():
-            mind = utilities.MINDSSC(volume, 1, 2, device=device)
-            low, high = CLIP_HU
-            clipped = volume.clamp(low, high)
-            span = float(clipped.max() - clipped.min())
-            scaled = (clipped - clipped.min()) / (span or 1.0)
-            features = features_in_windows(network, scaled, setting)
-        return torch.cat([mind, FEATURE_SCALE * features], dim=1)
+            return FEATURE_SCALE * features_in_windows(network, scaled, setting)
+
+
+def _masked_mind(
+    fixed: torch.Tensor, moving: torch.Tensor, seen: torch.Tensor
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """MIND (1, 12, k, j, i) of both volumes; the package continues them beyond the mask by their nearest voxel."""
+    package: Any = importlib.import_module("convexAdam.convex_adam_MIND")
+    with torch.no_grad():
+        return package.extract_features(fixed, moving, 1, 2, True, seen, seen, fixed.device, torch.float32)
 
 
 def features_in_windows(

@@ -25,11 +25,16 @@ ITERATIONS = "100x50x10"
 """At a quarter, half and the whole resolution: the documentation's example."""
 
 PATCH_RADIUS = "4x4x4"
-"""Of the normalised cross-correlation, voxels."""
+"""Of the normalised cross-correlation, voxels.
+
+It is the program's weighted one, WNCC, which leaves what is not in the mask out of every patch. With NCC the mask only
+chooses patches, of which those along its edge are half of what nobody measured: from two views of a pelvis bones
+ended 21 mm from the truth instead of 9.
+"""
 
 
 class FdkGreedy(FdkSystem):
-    """FDK, then greedy with patch-wise normalised cross-correlation and its default smoothing; no affine stage.
+    """FDK, then greedy with masked patch-wise normalised cross-correlation and its default smoothing; no affine stage.
 
     The world's axes are those of the CT, and an affine motion of the whole body would only undo the anchor's.
     """
@@ -44,11 +49,12 @@ class FdkGreedy(FdkSystem):
         fixed, moving = pair.images()
         quiet = io.StringIO()
         greedy.execute(
-            f"-V 0 -threads {setting.threads} -i fixed moving -m NCC {PATCH_RADIUS} -n {ITERATIONS} -o warp",
+            f"-V 0 -threads {setting.threads} -i fixed moving -gm seen -m WNCC {PATCH_RADIUS} -n {ITERATIONS} -o warp",
             out=quiet,
             err=quiet,
             fixed=fixed,
             moving=moving,
+            seen=pair.seen_image(),
             warp=None,
         )
         # The warp is ITK's: mm along LPS, from the fixed to the moving image.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,9 @@ from PolyPoseLib.baselines.fdk import reconstruct
 from PolyPoseLib.data.displacement_field import DisplacementField
 from PolyPoseLib.data.study import Study
 from PolyPoseLib.data.volume import AIR_HU, WATER_ATTENUATION_PER_MM, Volume
+from PolyPoseLib.data.xray import Xray
 from PolyPoseLib.errors import InputError
+from PolyPoseLib.geometry.camera import Camera
 from PolyPoseLib.geometry.grid import block_factors, block_mean, coarsened_affine
 
 SPACING_MM = (2.0, 4.0)
@@ -28,13 +31,15 @@ class VolumePair:
     Attributes
     ----------
     fixed
-        (k, j, i) float32, the patient at the time of the X-rays, HU.
+        (k, j, i) float32, the patient at the time of the X-rays, HU within the range of the moving volume.
     moving
         (k, j, i) float32, the CT, HU; air beyond it.
     origin
         (3,) LPS mm of the first voxel's centre.
     spacing_mm
         Between voxels, along all axes.
+    seen
+        (k, j, i) bool, the voxels of the fixed volume that all X-rays show; the rest of it is no measurement.
 
     """
 
@@ -42,6 +47,7 @@ class VolumePair:
     moving: np.ndarray
     origin: np.ndarray
     spacing_mm: float
+    seen: np.ndarray
 
     @property
     def affine(self) -> np.ndarray:
@@ -52,6 +58,10 @@ class VolumePair:
         """Fixed and moving as SimpleITK images."""
         return Volume(self.fixed, self.affine).to_sitk(), Volume(self.moving, self.affine).to_sitk()
 
+    def seen_image(self) -> sitk.Image:
+        """The mask as a SimpleITK image, float32, 1 where the fixed volume is seen and 0 elsewhere."""
+        return Volume(self.seen.astype(np.float32), self.affine).to_sitk()
+
     def field(self, vectors: np.ndarray) -> DisplacementField:
         """A field on this grid of vectors (k, j, i, 3) in mm along x, y, z, from fixed to moving points."""
         return DisplacementField(vectors, self.affine)
@@ -61,13 +71,16 @@ class VolumePair:
         k, j, i = self.fixed.shape
         return self.field(kji[:k, :j, :i, ::-1] * self.spacing_mm)
 
-    def padded_to(self, multiple: int) -> tuple[np.ndarray, np.ndarray]:
-        """Fixed and moving with their last voxels repeated until all sides are multiples of a number.
+    def padded_to(self, multiple: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Fixed, moving and seen with their last voxels repeated until all sides are multiples of a number.
 
         ConvexAdam pools by whole blocks, drops what is left, and stretches the field that it found over all of it.
         """
         more = [(0, -n % multiple) for n in self.fixed.shape]
-        return np.pad(self.fixed, more, mode="edge"), np.pad(self.moving, more, mode="edge")
+        fixed, moving, seen = (
+            np.pad(each, more, mode="edge") for each in (self.fixed, self.moving, self.seen)
+        )
+        return fixed, moving, seen
 
     def points(self) -> np.ndarray:
         """(k, j, i, 3) LPS mm of the voxels."""
@@ -78,21 +91,59 @@ class VolumePair:
 def pair_of(study: Study, threads: int = 1) -> VolumePair:
     """The CT of a study, and the reconstruction of its X-rays, on a grid that covers the CT.
 
+    From few views a reconstruction swings far below air and above bone, by which correlations would be ruled: it is
+    clipped to what the CT has, from air to its densest voxel.
+
     Raises
     ------
     InputError
-        As :func:`PolyPoseLib.baselines.fdk.reconstruct`, or a CT that is too thin for a pyramid.
+        As :func:`PolyPoseLib.baselines.fdk.reconstruct`, a CT that is too thin for a pyramid, or X-rays of which no
+        part of the CT is in all.
 
     """
     grid = covering_lps_grid(study.ct)
     attenuation = reconstruct(study.xrays, grid, threads)
     fixed = (attenuation.voxels / WATER_ATTENUATION_PER_MM - 1.0) * 1000.0
+    moving = resampled_ct(study.ct, grid)
+    seen = seen_by_all(study.xrays, grid)
+    if not seen.any():
+        raise InputError(
+            "No part of the CT is in all of the X-rays, and a cone-beam reconstruction needs X-rays of the same part: "
+            "leave out those that show another one, or check their cameras."
+        )
     return VolumePair(
-        fixed.astype(np.float32),
-        resampled_ct(study.ct, grid),
+        np.clip(fixed, AIR_HU, moving.max()).astype(np.float32),
+        moving,
         grid.affine[:3, 3].copy(),
         float(grid.affine[0, 0]),
+        seen,
     )
+
+
+def seen_by_all(xrays: Sequence[Xray], grid: Volume) -> np.ndarray:
+    """Voxels (k, j, i) bool of a grid whose centres fall on a pixel within the mask of every X-ray.
+
+    Parameters
+    ----------
+    xrays
+        With an extrinsic.
+    grid
+        In LPS mm; its voxels are not looked at.
+
+    """
+    seen = np.ones(grid.shape, bool)
+    index = np.stack(np.meshgrid(*map(np.arange, grid.shape), indexing="ij"), axis=-1)
+    points = grid.to_world(index[..., ::-1])
+    for xray in xrays:
+        assert xray.extrinsic is not None
+        camera = Camera(xray.intrinsics, xray.extrinsic, *xray.image.shape)
+        # Behind the source pixels are not numbers, which are on no detector either.
+        pixels = np.nan_to_num(np.rint(camera.project(points)), nan=-1.0)
+        column, row = np.moveaxis(pixels, -1, 0)
+        inside = (column >= 0) & (column < camera.width) & (row >= 0) & (row < camera.height)
+        seen &= inside
+        seen[seen] = xray.mask[row[seen].astype(int), column[seen].astype(int)]
+    return seen
 
 
 def covering_lps_grid(ct: Volume) -> Volume:

@@ -17,11 +17,12 @@ ROTATION = ([4.0, -6.0, 8.0], [0.0, 0.0, 0.0])
 
 def moved_pair(motion, seed=0):
     """The pair, and the true field (k, j, i, 3) mm from fixed to moving points."""
-    pair = VolumePair(np.zeros(SHAPE, np.float32), np.zeros(SHAPE, np.float32), ORIGIN, SPACING)
+    nothing, seen = np.zeros(SHAPE, np.float32), np.ones(SHAPE, bool)
+    pair = VolumePair(nothing, nothing, ORIGIN, SPACING, seen)
     points = pair.points()
     moved = moved_points(points, motion)
     return (
-        VolumePair(body(moved, seed), body(points, seed), ORIGIN, SPACING),
+        VolumePair(body(moved, seed), body(points, seed), ORIGIN, SPACING, seen),
         moved - points,
     )
 

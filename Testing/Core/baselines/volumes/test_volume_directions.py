@@ -1,11 +1,12 @@
 """Every package's field points from fixed to moving, in mm along x, y, z: a translation and a rotation tell."""
 
+import dataclasses
 import itertools
 import warnings
 
 import numpy as np
 import pytest
-from moved_volumes import ROTATION, TRANSLATION, errors, inner, moved_pair
+from moved_volumes import ROTATION, TRANSLATION, body, errors, inner, moved_pair, moved_points
 
 from PolyPoseLib.baselines.packages import is_installed
 from PolyPoseLib.baselines.volumes.convexadam import FdkConvexAdam
@@ -54,6 +55,28 @@ def test_direction_axes_and_units(system, motion, capfd):
     scales = [np.linalg.norm(factor * vectors - expected, axis=1).mean() for factor in (1 / 3, 3)]
     assert found < min(scales)
     assert capfd.readouterr().out == ""
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_what_the_x_rays_do_not_show_does_not_matter(system):
+    """Another body beside what is seen, which moved the other way: the mask says that it is none of the patient."""
+    require(system)
+    pair, truth = moved_pair(TRANSLATION)
+    contrary = body(moved_points(pair.points(), ([0, 0, 0], -2 * np.array(TRANSLATION[1]))), seed=0)
+    seen = np.ones(pair.fixed.shape, bool)
+    seen[:, :, :16] = False
+    fixed = np.where(seen, pair.fixed, contrary)
+    near_the_edge = inner(pair) & seen
+    near_the_edge[:, :, 26:] = False
+    found = []
+    for mask in (seen, np.ones_like(seen)):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            field = system().register(dataclasses.replace(pair, fixed=fixed, seen=mask), SystemSetting())
+        off = field.sample(pair.points()[near_the_edge]) - truth[near_the_edge]
+        found.append(np.linalg.norm(off, axis=1).mean())
+    assert found[0] < 0.6 * np.linalg.norm(TRANSLATION[1])
+    assert found[0] < 0.9 * found[1]
 
 
 def test_a_cancelled_fit_stops_before_anything_is_computed():
