@@ -20,13 +20,13 @@ from pathlib import Path
 from benchmark_runs import RESULTS
 from benchmark_tables import machine
 
+from PolyPoseLib.data.benchmark.job import TRAINED_SYSTEMS
 from PolyPoseLib.io.benchmark.benchmark_folder import TABLES
 from PolyPoseLib.io.benchmark.tables import LONG_TABLE
 
 NAME = "systems"
-TRAINED = ("liftreg", "2d3d-regnet")
 METHODS = ("rest", "polypose", "polypose-found", "paper", "rigid", "dense-r3", "dense-se3")
-METHODS += ("fdk-greedy", "fdk-elastix", "fdk-fireants", "fdk-convexadam", *TRAINED)
+METHODS += ("fdk-greedy", "fdk-elastix", "fdk-fireants", "fdk-convexadam", *TRAINED_SYSTEMS)
 DETAILS = ("structures", "views")
 """Ends of the parts of a benchmark's long table that hold a number for every structure or held-out X-ray."""
 
@@ -78,7 +78,7 @@ def make_cases(sample: str, arguments: argparse.Namespace) -> None:
 def run_systems(sample: str, arguments: argparse.Namespace) -> int:
     """The benchmark's exit status."""
     found = weight_files(sample, arguments)
-    methods = [name for name in arguments.methods if name not in TRAINED or name in found]
+    methods = [name for name in arguments.methods if name not in TRAINED_SYSTEMS or name in found]
     runs = runs_of(sample, arguments)
     command = [sys.executable, "-m", "PolyPoseLib", "benchmark", "simulated"]
     command += [str(arguments.work / f"cases-{sample}"), "--output", str(runs), "--methods", *methods]
@@ -95,7 +95,7 @@ def weight_files(sample: str, arguments: argparse.Namespace) -> dict[str, Path]:
     """{system: file} of the trained systems whose weights are there, for the first set of views."""
     if arguments.weights is None:
         return {}
-    files = {name: arguments.weights / f"{sample}-{arguments.views[0]}-{name}.pt" for name in TRAINED}
+    files = {name: arguments.weights / f"{sample}-{arguments.views[0]}-{name}.pt" for name in TRAINED_SYSTEMS}
     return {name: file for name, file in files.items() if file.is_file()}
 
 

@@ -9,8 +9,7 @@ import numpy as np
 import pydicom
 import pytest
 from dicom_postures import write_dicom
-from dicom_stack import header
-from pydicom.uid import CTImageStorage, generate_uid
+from pydicom.uid import generate_uid
 from two_postures import (
     C5,
     C5_CENTRE,
@@ -327,40 +326,6 @@ def test_a_ct_whose_slices_lie_in_two_folders_is_refused(archive, tmp_path):
         dicom_scans(tmp_path / "data/Miller_Anna", tmp_path / "data")
 
 
-def _one_study(folder, series):
-    """A study of CT series (name, UID, number, pixel mm) with ten headers each."""
-    study = generate_uid()
-    for name, uid, number, pixel in series:
-        (folder / name).mkdir(parents=True)
-        for slice_number in range(10):
-            file = header(uid, CTImageStorage, 2, 2)
-            file.StudyInstanceUID, file.StudyDate, file.InstanceNumber = study, "20091022", slice_number
-            file.SeriesNumber, file.PixelSpacing = number, [pixel, pixel]
-            file.PixelData = bytes(8)
-            file.save_as(folder / name / f"{slice_number}.dcm", enforce_file_format=True)
-    return dicom_scans(folder, folder)
-
-
-@pytest.mark.parametrize(
-    "series",
-    [
-        [("wide", "1.2.3.9", 2, 1.5), ("narrow", "1.2.3.10", 3, 0.9)],
-        [("later", "1.2.3.9", 10, 0.9), ("first", "1.2.3.10", 2, 0.9)],
-        [("b", "1.2.3.10", 2, 0.9), ("a", "1.2.3.9", 2, 0.9)],
-    ],
-)
-def test_of_several_whole_series_one_is_chosen_by_what_they_are_and_a_warning_says_which(series, tmp_path):
-    """The UIDs' order as text chose silently: 1.2.3.9 came after 1.2.3.10, and the wider field of view was taken."""
-    for order in (series, series[::-1]):
-        folder = tmp_path / order[0][0]
-        (found,) = _one_study(folder, order)
-        assert found.folder.name == series[1][0]
-        (told,) = found.warnings
-        assert (
-            f"series {series[1][2]} was taken, one of 2 whole CT series" in told and str(found.folder) in told
-        )
-
-
 def test_a_choice_of_series_is_among_the_warnings_of_the_case(archive, tmp_path):
     root = tmp_path / "copy"
     shutil.copytree(archive, root)
@@ -374,55 +339,3 @@ def test_a_choice_of_series_is_among_the_warnings_of_the_case(archive, tmp_path)
     (subject,) = headneck.subjects(root)
     (case,) = headneck.cases(root, subject, ["1x0"])
     assert any("later scan: " in each and "series 2 was taken" in each for each in case.study.warnings)
-
-
-def test_a_single_series_is_chosen_without_a_word(tmp_path):
-    (found,) = _one_study(tmp_path, [("only", "1.2.3", 2, 1.0)])
-    assert found.warnings == ()
-
-
-WHEN = {
-    "earlier day": (("20091022", "120000"), ("20100301", "080000"), ("20100302", "")),
-    "earlier hour": (("20091022", "080000"), ("20091022", "120000"), ("20091023", "070000")),
-}
-UNKNOWN = {
-    "times alone": (("", "080000"), ("", "120000")),
-    "one date alone": (("", "080000"), ("20091022", "120000")),
-    "nothing": (("", ""), ("", "")),
-    "one day, one time": (("20091022", ""), ("20091022", "120000")),
-    "the same": (("20091022", "120000"), ("20091022", "120000")),
-}
-
-
-def _scans_of(folder, whens, level="Study"):
-    """Ten headers of a CT each, in folders a, b, ..., with dates and times."""
-    for name, (date, time) in zip("abc", whens, strict=False):
-        (folder / name).mkdir(parents=True)
-        series, study = generate_uid(), generate_uid()
-        for number in range(10):
-            file = header(series, CTImageStorage, 2, 2)
-            file.StudyInstanceUID, file.InstanceNumber = study, number
-            for keyword in ("StudyDate", "StudyTime", "SeriesDate", "SeriesTime"):
-                setattr(file, keyword, "")
-            setattr(file, f"{level}Date", date)
-            setattr(file, f"{level}Time", time)
-            file.PixelData = bytes(8)
-            file.save_as(folder / name / f"{number}.dcm", enforce_file_format=True)
-    return dicom_scans(folder, folder)
-
-
-@pytest.mark.parametrize("level", ["Study", "Series"])
-@pytest.mark.parametrize("name", WHEN)
-def test_dates_and_on_one_day_times_tell_the_order(name, level, tmp_path):
-    for turned in (False, True):
-        whens = WHEN[name][::-1] if turned else WHEN[name]
-        found = _scans_of(tmp_path / str(turned), whens, level)
-        names = [scan.folder.name for scan in found]
-        assert names == sorted("abc", reverse=turned)
-
-
-@pytest.mark.parametrize("name", UNKNOWN)
-def test_times_without_dates_tell_no_order(name, tmp_path):
-    """The second CT may have been taken at an earlier hour of a later day."""
-    with pytest.raises(InputError, match="no dates tell which of its 2 CTs is the earliest"):
-        _scans_of(tmp_path, UNKNOWN[name])
